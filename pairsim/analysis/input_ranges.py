@@ -15,7 +15,7 @@ from pairsim.quantities.kinds import VELOCITY
 from pairsim.quantities.scales import Scales
 from pairsim.record.record import Record
 from pairsim.record.run_entries import DRAWN
-from pairsim.runtime.arrays import Array
+from pairsim.runtime.arrays import Array, Flags
 from pairsim.solvers.curves.interpolant import hermite, slopes_of
 
 COVERED = 0.95  # part of the draws of the inputs that a range holds
@@ -80,10 +80,14 @@ class DrawnRange:
         )
         return f"{100 * part:.2g} % of the draws are outside of the atlas{beyond and f', {beyond},'} and {means}"
 
+    def holds_both_signs(self, d: Array) -> Flags:
+        """Whether the range holds 0 at distances [D_c], of their shape; boolean."""
+        return np.asarray((self._at(self.least, d) <= 0) & (self._at(self.largest, d) >= 0))
+
     def around(self, zero: float) -> tuple[float, float]:
         """The interval around a zero of dU in which zeros of the draws lie: there the range holds both signs [D_c]."""
         d = np.geomspace(self.d[0], self.d[-1], FINE)
-        unsure = (self._at(self.least, d) <= 0) & (self._at(self.largest, d) >= 0)
+        unsure = self.holds_both_signs(d)
         at = int(np.abs(np.log(d / zero)).argmin())
         below, above = np.flatnonzero(~unsure[:at]), np.flatnonzero(~unsure[at + 1 :])
         return float(d[below[-1] + 1] if len(below) else d[0]), float(d[at + above[0]] if len(above) else d[-1])

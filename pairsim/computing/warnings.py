@@ -67,9 +67,9 @@ def unresolved_stress(case: SceneCase, s_jump: float, of: str) -> list[str]:
     if s_jump <= allowed:
         return []
     return [
-        f"s = log c changes by {above(s_jump, allowed)} within one cell: the polymer stress is not resolved there. "
-        f"Above {allowed:g}, the error of {of} may exceed {case.accuracy} of its largest value "
-        f"(docs/how-to/accuracy.md); compare with {finer(case)}"
+        f"the logarithm of the conformation tensor changes by {above(s_jump, allowed)} within one cell: the polymer "
+        f"stress is not resolved there. Above {allowed:g}, the error of {of} may exceed {case.accuracy} of its largest "
+        f"value (docs/explanation/limits.md); compare with {finer(case)}"
     ]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Mapping, Sequence
 from itertools import chain
 from pathlib import Path
@@ -11,11 +12,14 @@ from pairsim.cases.conversion import given_by
 from pairsim.cases.experiment import follows_in
 from pairsim.cases.keys import GAPS, PARTICLES, Key, Part
 from pairsim.cases.physical import BLOCK, QUANTITIES
-from pairsim.cases.quantity_text import has_half_width
+from pairsim.cases.quantity_text import PLUS_MINUS, has_half_width
 from pairsim.cases.yaml_file import read_yaml
 from pairsim.physics.declared import PARAMETERS
 from pairsim.plots.parameters import Parameters, ShownCase, measured, plain_text, shown
 from pairsim.runtime.plain import Plain
+
+TIMES = re.compile(r"(?<=[A-Za-z])[.*](?=[A-Za-z])")
+"""What stands between units, as in Pa.s."""
 
 
 def read_case(file: Path) -> ShownCase:
@@ -75,7 +79,9 @@ def _quantity(value: object) -> str:
     """A quantity, or several in one unit."""
     several = isinstance(value, list | tuple)
     known = measured(list(value) if isinstance(value, list | tuple) else [value])
-    if known is None or (not several and has_half_width(value)):
+    if not several and has_half_width(value):
+        return TIMES.sub("\N{DOT OPERATOR}", PLUS_MINUS.sub("±", shown(value)))
+    if known is None:
         return shown(value)
     return f"{shown(list(map(float, known[0])))} {known[1]}"
 

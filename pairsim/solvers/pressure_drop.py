@@ -94,7 +94,10 @@ class _Average:
 
 
 class _Ends:
-    """The lengths of tube near both ends of a solution over which its pressure is averaged."""
+    """The lengths of tube near both ends of a solution over which its pressure is averaged.
+
+    The weight of an average vanishes at both ends of its length.
+    """
 
     def __init__(self, solution: Solution) -> None:
         scene = solution.scene

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -82,6 +83,15 @@ def test_a_difference_of_the_diameters_is_said_and_has_its_part_where_it_is_give
     said = " ".join(answer_of_curve(curve_of(unequal, [], {**RECORD, "inputs": [given._asdict()]})))
     assert "-40 per % of particle_difference" in said
     assert "equally large" not in said
+
+
+def test_where_the_inputs_leave_the_sign_open_is_said_but_around_zeros() -> None:
+    """dU = Ca_e d - 0.1 De is -0.045 to 0.05; 100 % of the modulus is Ca_e d, more than |dU| from d = 0.25 on."""
+    unsure = of_inputs([Input("modulus", 2.0, 2.0, "kPa", STILL | {"Ca_e": -Ca_e})])
+    (said,) = (line for line in answer_of_curve(unsure) if "leaves open" in line)
+    assert re.search(r"separates or comes closer between d = 12\.[45]\d* um and (50|49\.\d) um\.$", said), said
+    around = curve_of(TABLE, [Zero(0.5, False, 1e-3)], unsure.record)
+    assert not any("leaves open" in line for line in answer_of_curve(around))
 
 
 def test_half_widths_at_any_distance_add_up_as_squares_and_are_open_where_one_is_not_known() -> None:

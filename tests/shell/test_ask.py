@@ -326,6 +326,17 @@ def test_commands_take_the_law_of_a_case_that_names_none_and_say_so(atlas: Path,
     assert "default used: liquid: giesekus with alpha = 0.2" in pairsim("units", *bench.split()).stdout
 
 
+def test_the_command_takes_the_modulus_of_young(atlas: Path, pairsim: Pairsim) -> None:
+    bench = "--tube 50um --particle 20um --flow 1ul/min --viscosity 1Pa.s"
+    of_young, of_shear = (
+        pairsim("ask", *bench.split(), *modulus, "--atlas", str(atlas)).stdout.splitlines()
+        for modulus in (("--young", "15kPa"), ("--modulus", "5kPa"))
+    )
+    assert of_young[0] == of_shear[0]
+    both = pairsim("ask", *bench.split(), "--young", "15kPa", "--modulus", "5kPa", "--atlas", str(atlas))
+    assert "--young: got '15kPa'; must be left out if --modulus is given" in both.stderr
+
+
 def test_what_is_not_known_or_does_not_move_is_not_in_the_answer(atlas: Path) -> None:
     start = next(line for line in api.ask(**BENCH | {"modulus": "1.8kPa"}).findings() if "that starts at" in line)
     assert "dU_held" not in start, "the atlas does not have it"

@@ -126,7 +126,8 @@ def test_small_print_has_the_quantities_of_an_experiment_and_none_that_varies() 
     assert common_parts(cases[:1], ["physical.flow_rate"], True, ["physical.modulus"]) == shared
     assert parts_along(cases[0], "Ca_e", True) == ["$D_c$ = 6 mm", "$Q$ = 2 ml/min", *shared[1:3]]
     assert equation("physical.distance", ["5um", "12um"]) == "$d_0$ = 5, 12 μm"
-    assert equation("physical.modulus", "5 kPa +- 20 %") == "$G_p$ = 5 kPa +- 20 %"
+    assert equation("physical.modulus", "5 kPa +- 20 %") == "$G_p$ = 5 kPa ± 20 %"
+    assert equation("physical.viscosity", "0.3 +- 0.01 Pa.s") == "$\\eta_0$ = 0.3 ± 0.01 Pa\u22c5s"
 
 
 def test_lines_that_lie_on_each_other_may_differ_in_numbers_that_follow() -> None:

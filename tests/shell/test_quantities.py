@@ -70,7 +70,7 @@ def test_a_percentage_gives_its_number_and_is_an_input_with_its_half_width() -> 
     assert {name: change for name, change in found.changes.items() if change} == {"xi": pytest.approx(0.005)}
     _, numbers = drawn(made, 1000)
     assert np.std(numbers["xi"]) == pytest.approx(0.005, rel=0.1), "half of its half-width"
-    assert r"$\phi$ = 10 +- 2 %" in case_parts(ShownCase(made.resolved()), physical=True)
+    assert r"$\phi$ = 10 ± 2 %" in case_parts(ShownCase(made.resolved()), physical=True)
 
 
 @pytest.mark.usefixtures("trial")

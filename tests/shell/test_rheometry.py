@@ -19,6 +19,7 @@ from pairsim.physics.liquids import ConformationLaw, Liquid, Newtonian
 from pairsim.physics.liquids.carreau import Carreau
 from pairsim.physics.liquids.fene_p import FeneP
 from pairsim.physics.liquids.giesekus import Giesekus
+from pairsim.physics.liquids.oldroyd_b import OldroydB
 from pairsim.physics.liquids.white_metzner import WhiteMetzner
 from pairsim.runtime.arrays import Array
 
@@ -105,6 +106,29 @@ def test_intervals_hold_the_numbers_of_the_liquid_in_nineteen_of_twenty_draws(mo
 def test_a_curve_that_no_law_describes_is_told_to_be_one() -> None:
     data = Measured(RATES, noisy(np.exp(np.sin(1.5 * np.log(RATES))), 1), np.full(len(RATES), np.nan))
     assert "no law tried describes these data" in " ".join(sentences(fits(data), data))
+
+
+@pytest.mark.parametrize(("longest", "part", "warned"), [(1e3, 0.99, True), (30.0, 0.99, False), (0.1, 0.5, False)])
+def test_a_relaxation_time_that_data_do_not_show_is_told(longest: float, part: float, warned: bool) -> None:
+    """Moduli from 0.1 rad/s on show that there is a time beside 0.05 s: not how long where it is 1000 s, but 30 s."""
+    frequency = np.geomspace(0.1, 100, 21)
+    weights = ((1.0, part), (0.05 / longest, 1 - part))
+    liquid = Liquid(Newtonian(), 0.01, longest, tuple(OldroydB(time=t, weight=w) for t, w in weights))
+    storage, loss = moduli(liquid, frequency)
+    none = np.empty(0)
+    data = Measured(none, none, none, frequency, noisy(storage, 3), noisy(loss, 4))
+    said = " ".join(sentences(fits(data, ["oldroyd-b"]), data, chosen=True))
+    assert ("hardly known, and longer than these data show, which begin at 0.1 1/s" in said) == warned, said
+
+
+@pytest.mark.parametrize(("ratio", "warned"), [(1.0, False), (0.8, True)])
+def test_a_flow_curve_and_moduli_of_two_liquids_are_told(ratio: float, warned: bool) -> None:
+    """The same liquid, and moduli of a thinner one."""
+    storage, loss = moduli(GIESEKUS, RATES)
+    more = {"frequency": RATES, "storage": noisy(ratio * storage, 3), "loss": noisy(ratio * loss, 4)}
+    data = flow_curve(GIESEKUS, 1.0, **more)
+    said = " ".join(sentences(fits(data, ["giesekus"]), data, chosen=True))
+    assert ("the files do not agree: at rest the viscosity is" in said) == warned, said
 
 
 @pytest.mark.parametrize("points", [6, 8, 11, 25])

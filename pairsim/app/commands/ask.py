@@ -50,6 +50,7 @@ def ask(
     flow_rate: Annotated[Text, quantity(QUANTITIES["flow_rate"])] = None,
     velocity: Annotated[Text, quantity(QUANTITIES["velocity"])] = None,
     modulus: Annotated[list[str] | None, quantity(QUANTITIES["modulus"], several=True)] = None,
+    young: Annotated[list[str] | None, quantity(QUANTITIES["young"], several=True)] = None,
     viscosity: Annotated[Text, quantity(QUANTITIES["viscosity"])] = None,
     relaxation: Annotated[Text, quantity(QUANTITIES["relaxation"])] = None,
     liquid: Annotated[Text, typer.Option(metavar="LAW", help="Law of the liquid, as for units.")] = None,
@@ -69,7 +70,7 @@ def ask(
 
     names = [name for name in options if name in QUANTITIES or name == "liquid"]
     given = {name: options[name] for name in names if options[name]}
-    for name, values in (("particle", particle), ("modulus", modulus)):
+    for name, values in (("particle", particle), ("modulus", modulus), ("young", young)):
         if values:
             several = [each.strip() for value in values for each in value.split(",")]
             given[name] = several[0] if len(several) == 1 else several

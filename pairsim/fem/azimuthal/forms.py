@@ -137,7 +137,7 @@ def disturbed_liquid(liquid: Liquid) -> Callable[[Terms, Angle], ufl.Form]:
 
 
 def between(root: Expr, chi: Section) -> Section:
-    """The tensor root chi root with an axisymmetric tensor root, given by its components."""
+    """The product R chi R of a disturbance chi and an axisymmetric tensor R, `root`, such as c^(1/2)."""
     return Section(ufl.dot(root, ufl.dot(chi.value, root)), ufl.dot(root, ufl.dot(chi.by_theta, root)))
 
 

@@ -99,7 +99,7 @@ def _beyond(phase: EnrichedPhase[EnrichedUnknowns], added: dict[str, Array]) -> 
 
 
 def _as_displacement(body: Body, velocity: Array) -> Array:
-    """Canonical vector of a soft particle with the velocity of its material in the place of the displacement."""
+    """All unknowns of a soft particle, zero but for its displacement, which is a velocity of its material."""
     assert body.phase is not None
     result = np.zeros(body.phase.size)
     body.phase.nodal("eta", result)[:] = body.displacement(velocity)

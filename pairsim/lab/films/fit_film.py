@@ -291,9 +291,9 @@ def _model_of(
 def _case_of(
     case: AnyCase, unknown: Sequence[str], file: Path | str | None
 ) -> tuple[Atlas, SceneCase, list[str], tuple[float, float]]:
-    """The atlas, the case of two equal beads with unknown quantities in the middle of it, and what is left out of it.
+    """The atlas, the case of two equal beads with unknown quantities in the middle of it, and what is not in that case.
 
-    This are the units of the answers, and the difference of the diameters over their mean, with its half-width.
+    Not in it are the units of the answers, and the difference of the diameters over their mean with its half-width.
 
     Raises:
         InputError: The case has no units, or the atlas has no answer.
@@ -324,7 +324,8 @@ def _case_of(
             now = QUANTITIES[name].number(values[name], _scales(asked))
             values[name] *= (MIDDLE * atlas.box[number][1] / now) ** power if atlas.box[number][1] else 1.0
     if reasons:
-        raise InputError("pairsim fit", "", None, f"the atlas has no answer: {' and '.join(reasons)}")
+        why = f"the atlas has no answer: {' and '.join(reasons)}; for other beads and liquids pairsim atlas makes one"
+        raise InputError("pairsim fit", "", None, f"{why}, which --atlas takes")
     return atlas, asked, units, difference
 
 

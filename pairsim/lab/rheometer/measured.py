@@ -17,6 +17,10 @@ from pairsim.runtime.arrays import Array
 FLOW, OSCILLATION = ("viscosity", "N1"), ("storage", "loss")
 """The quantities of steady shear and of small oscillations, which are computed together."""
 LEAST_SCATTER = 0.005  # of the logarithms: what no rheometer does better than; chosen
+FLAT, SLOWEST = (
+    0.05,
+    4,
+)  # slope in logarithms below which a viscosity is that at rest, and points it is taken of; chosen
 SPARSE, OF_SPARSE = 12, 0.05  # points of a curve below which its scatter is at most this, and curvature above; chosen
 
 
@@ -93,3 +97,16 @@ def scatter(data: Measured) -> float:
             found.append(float(np.sqrt(np.median(np.concatenate(each)) / 0.455)))
     most = np.inf if max(len(y) for _, _, y in data.curves) >= SPARSE else OF_SPARSE
     return float(np.clip(min(found, default=0.0), LEAST_SCATTER, most))
+
+
+def at_rest(x: Array, viscosity: Array) -> float | None:
+    """The viscosity at rest [Pa s]: the median of the slowest points, None where it changes there or they are few.
+
+    Args:
+        x: Shear rates [1/s] or frequencies [rad/s], (n,).
+        viscosity: Viscosities there [Pa s], (n,).
+    """
+    slow = np.argsort(x)[:SLOWEST]
+    if len(slow) < SLOWEST or abs(np.polyfit(np.log(x[slow]), np.log(viscosity[slow]), 1)[0]) > FLAT:
+        return None
+    return float(np.median(viscosity[slow]))

@@ -23,7 +23,7 @@ from pairsim.lab.rheometer.law_fits import (
     ranked,
     tried,
 )
-from pairsim.lab.rheometer.measured import Measured, scatter
+from pairsim.lab.rheometer.measured import Measured, at_rest, scatter
 from pairsim.physics.liquids import LAWS
 from pairsim.physics.liquids.viscous import ViscousLaw
 from pairsim.physics.material import Material
@@ -33,6 +33,8 @@ from pairsim.runtime.errors import Argument, InputError
 
 ROUNDED = 1e-4  # part of a number of four digits that is lost
 PLUS_MINUS = " +- "
+APART = 0.1  # logarithm of the ratio of two viscosities at rest from which on files do not agree; chosen
+UNKNOWN = 10.0  # ratio of the ends of an interval from which on a number is said to be hardly known; chosen
 ALL = {of.key: of for law in LAWS.values() for of in dimensions_of(law).values() if of is not None}
 """What can be known of a liquid, by its key in the `physical` block."""
 
@@ -277,6 +279,18 @@ def _doubts(best: Fit, others: Sequence[Fit], data: Measured, noise: str, chosen
             yield f"these data yield: --liquid {better[0].law.name} describes them"
     if (xi := best.numbers.get("xi")) and np.isinf(xi.least):
         yield "these data do not show the viscosity of the solvent: --solvent holds a known one"
+    steady, dynamic = at_rest(data.rate, data.viscosity), at_rest(data.frequency, _complex_viscosity(data))
+    if steady and dynamic and abs(np.log(steady / dynamic)) > APART:
+        yield (
+            f"the files do not agree: at rest the viscosity is {steady:.4g} Pa.s by the flow curve and {dynamic:.4g} "
+            "Pa.s by the moduli, which are one and the same in every liquid; temperature or concentration may differ"
+        )
+    time, slowest = best.numbers.get("De"), float(min(x.min() for _, x, _ in data.curves))
+    if time is not None and time.value * slowest > 1 and time.most > UNKNOWN * time.least:
+        yield (
+            f"the relaxation time, {time.value:.3g} s, is hardly known, and longer than these data show, which begin "
+            f"at {slowest:.3g} 1/s; --relaxation holds a known one"
+        )
     alike = [fit.law for fit in as_good(best, others)] if described(best, data) and not viscous else []
     taken = f"{label} is taken, and {_and([law.label for law in alike])} {'fit' if alike[1:] else 'fits'} as well"
     choose = f"{taken}: --liquid {' or '.join(law.name for law in alike)} chooses one" if alike else ""
@@ -290,6 +304,11 @@ def _doubts(best: Fit, others: Sequence[Fit], data: Measured, noise: str, chosen
         yield f"moduli do not tell how the viscosity falls with the rate, which a flow curve (--rheology) does{more}"
     elif choose:
         yield choose
+
+
+def _complex_viscosity(data: Measured) -> Array:
+    """The size of the complex viscosity at the frequencies [Pa s], (m,)."""
+    return np.asarray(np.hypot(data.storage, data.loss) / data.frequency)
 
 
 def _and(names: Sequence[str]) -> str:

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from pairsim.analysis.input_parts import together, unknown_in_words
-from pairsim.analysis.input_ranges import COVERED, DrawnRange
+from pairsim.analysis.input_ranges import COVERED, FINE, DrawnRange
 from pairsim.analysis.master_curve import Curve
 from pairsim.analysis.taylor_parameters import ranges_of_shapes, shapes_in
 from pairsim.analysis.unequal_pairs import Spread
@@ -148,7 +148,7 @@ def _with_inputs(curve: Curve, zeros: Sequence[Zero]) -> list[str]:
     changes = [(one, curve.change_by(one)) for one in inputs]
     known = [(one, curve.interpolated(each, d) / one.size) for one, each in changes if each is not None]
     each = ", ".join(f"{by:+.3g} per {one.unit} of {one.key}" for one, by in known)
-    added = _to_first_order(curve, zeros, scales)
+    added = [*_to_first_order(curve, zeros, scales), *_left_open(curve, zeros, scales)]
     return [*ranges, *added, f"At the largest |dU|, dU [{VELOCITY.physical}] changes by {each}."]
 
 
@@ -175,7 +175,8 @@ def _of_differing(curve: Curve, difference: str) -> list[str]:
     d, scales = curve.peak.d, curve.scales
     change = in_unit(scales, VELOCITY, 0.01 * curve.interpolated(curve.by_difference, d), sign="+", digits=3)
     place = in_unit(scales, LENGTH, d)
-    return [f"{difference}; for each per cent by which it is larger still, dU at d = {place} changes by {change}."]
+    larger = "for each per cent by which its diameter is larger still"
+    return [f"{difference}; {larger}, dU at d = {place} changes by {change}."]
 
 
 def _of_spread(curve: Curve) -> list[str]:
@@ -256,6 +257,31 @@ def _to_first_order(curve: Curve, zeros: Sequence[Zero], scales: Scales) -> list
         unknown = " and ".join(inputs.unknown)
         lines.append(f"What {unknown} changes by {drawn.missing} is not in it: the atlas has one {drawn.missing}.")
     return lines
+
+
+def _left_open(curve: Curve, zeros: Sequence[Zero], scales: Scales) -> list[str]:
+    """Where dU is larger than its half-width, but not than that of the inputs; away from zeros, which have theirs."""
+    regions = [region for region in curve.regions if region.sign and region.stop > region.start]
+    if not (curve.by_inputs.known or curve.drawn) or not regions:
+        return []
+    least, largest = curve.of().ends if curve.drawn is None else curve.drawn.d[[0, -1]]
+    d = np.geomspace(least, largest, FINE)[1:-1]
+    if curve.drawn is None:
+        unsure = np.abs(curve(d)[0]) <= curve.inputs_half_width(d)
+    else:
+        unsure = curve.drawn.holds_both_signs(d)
+    bounds = np.flatnonzero(np.diff(np.concatenate([[False], unsure, [False]]).astype(int))).reshape(-1, 2)
+    places = []
+    for first, last in bounds:
+        start, stop = float(d[first]) if first else least, float(d[last - 1]) if last < len(d) else largest
+        decided = any(region.start < stop and start < region.stop for region in regions)
+        if decided and not any(start < zero.d < stop for zero in zeros):
+            ends = [in_unit(scales, LENGTH, each, digits=3) for each in (start, stop)]
+            places.append(f"between d = {ends[0]} and {ends[1]}")
+    if not places:
+        return []
+    where = ", ".join(places)
+    return [f"What is not known of the inputs leaves open whether the pair separates or comes closer {where}."]
 
 
 def _held(curve: Curve) -> list[str]:

@@ -116,7 +116,7 @@ class ReducedSystem:
 
 
 class Factors:
-    """The factors, in the KSP of an SNES.
+    """MUMPS's factors of a matrix, in the linear solver (KSP) of one of PETSc's nonlinear ones (SNES).
 
     Args:
         system: The matrix.

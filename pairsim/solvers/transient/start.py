@@ -162,7 +162,7 @@ def quasi_steady(problem: Problem, clock: Clock) -> Start:
 
 
 def settles(problem: Problem) -> bool:
-    """Whether half-widths have the error epsilon_0 of a quasi-steady state that the run approaches after its start.
+    """Whether half-widths contain epsilon_0, the error of the quasi-steady state that a run approaches after its start.
 
     It does from rest, or where the flow is not the largest one at the start.
     """
