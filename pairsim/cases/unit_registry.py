@@ -45,7 +45,7 @@ def quantity(kind: Kind, number: Any, scales: Scales) -> Any:
 
 
 def as_texts(given: Any) -> Any:
-    """A quantity of pint as a text with its unit, one without a unit as a number, an array as a list; others as they are.
+    """A quantity of pint as a text with its unit, or as a number without one, an array as a list; all else as it is.
 
     The registry of the quantity may be any.
     """

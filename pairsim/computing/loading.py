@@ -48,7 +48,7 @@ def case_from[C: SceneCase](
 ) -> C:
     """As `case_of`, from the content of what is given, and the name that it has in messages."""
     forget_numbers(data)
-    merge(data, _written(overrides, source), groups_of(question.model), source)
+    merge(data, written(overrides, source), groups_of(question.model), source)
     return parse_case(question, data, source, files=files)
 
 
@@ -62,13 +62,13 @@ def content_of(given: AnyCase) -> dict[str, Plain]:
     if isinstance(given, SceneCase):
         return given.model_dump(mode="json", exclude_unset=True)
     if isinstance(given, Mapping):
-        return _written(given, "case")
+        return written(given, "case")
     if isinstance(given, str | PathLike):
         return read_yaml(Path(given))
     raise InputError("case", "", type(given).__name__, "must be the path of a case file, a dict of its keys, or a case")
 
 
-def _written(keys: Given, source: str) -> dict[str, Plain]:
+def written(keys: Given, source: str) -> dict[str, Plain]:
     """Keys and values as a file has them; InputError where one cannot be written to a file."""
     try:
         return dict(plain(_in_arrays(_with_blocks(keys))))

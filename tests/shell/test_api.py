@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,7 @@ import pytest
 import pairsim
 from pairsim.computing.fields_grid import grid_of
 from pairsim.computing.progress import Reporter
+from pairsim.lab.films.film import film_of
 from pairsim.quantities.scales import Scales
 from pairsim.questions.registry import QUESTIONS
 from pairsim.record.table_files import read_table
@@ -236,7 +237,11 @@ def test_a_case_may_be_its_keys_alone() -> None:
 WRONG: dict[str, tuple[Any, dict[str, Any], str]] = {
     "key": (RUN, {"betta": 0.4}, "did you mean beta"),
     "type": (3, {}, "the path of a case file, a dict of its keys, or a case"),
-    "object": (RUN, {"De": object()}, "De: must be a number, a text, true or false, or a list or group of these, not a object"),
+    "object": (
+        RUN,
+        {"De": object()},
+        "De: must be a number, a text, true or false, or a list or group of these, not a object",
+    ),
     "nan": (RUN, {"De": float("nan")}, "De: must be a number, not nan"),
 }
 
@@ -246,6 +251,25 @@ def test_wrong_cases_are_typed_errors(name: str) -> None:
     given, overrides, message = WRONG[name]
     with pytest.raises(pairsim.InputError, match=message):
         pairsim.load(given, **overrides)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (
+            lambda: pairsim.sweep({"base": RUN, "grid": {"De": [float("nan")]}}),
+            r"grid.De\[0\]: must be a number, not nan",
+        ),
+        (lambda: pairsim.sweep({"base": RUN | {"De": object()}}), "grid: base.De: must be a number, a text"),
+        (lambda: pairsim.curve(CURVE, workers="2"), "workers: got '2'; must be a whole number from 1 on"),
+        (lambda: pairsim.curve(CURVE, workers=1.5), "workers: got 1.5; must be a whole number from 1 on"),
+        (lambda: pairsim.fit(pd.DataFrame({"t [s]": [0.0]}), RUN), "must be given: the quantities of the experiment"),
+        (lambda: film_of(pd.DataFrame()), "film: got 'DataFrame'; must be the path of a table"),  # type: ignore[arg-type]
+    ],
+)
+def test_arguments_of_another_type_are_typed_errors(call: Callable[[], Any], message: str) -> None:
+    with pytest.raises(pairsim.InputError, match=message):
+        call()
 
 
 def test_a_failure_is_a_result_whose_check_raises_it(monkeypatch: pytest.MonkeyPatch) -> None:

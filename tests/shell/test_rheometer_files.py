@@ -235,7 +235,7 @@ def test_what_is_left_out_or_assumed_is_said(text: str, says: str, tmp_path: Pat
         ("lg rate,log10 viscosity\n" + table(POINTS, POINTS), "viscosity [mPa.s], and has lg rate, log10 visc"),
         (SPECTRA["Hz"], "and has those of `spectrum`"),
         ("rate [1/s],viscosity [Pa.s]\n1,1\n2,0\n", "must have at least 5 rows of positive numbers"),
-        ("rate [1/s],viscosity [Pa.s]\n" + "10,1\n" * 9, "by a factor of 2 or more, and has 9, with rates from 10 to 10"),
+        ("rate [1/s],viscosity [Pa.s]\n" + "10,1\n" * 9, "a factor of 2 or more, and has 9, with rates from 10 to 10"),
         ("rate,,eta,\n1,1/s,2,Pa.s\n2,1/s,2,Pa.s\n3,1/s,2,P\n4,1/s,2,P\n5,1/s,2,P\n", "not Pa.s P"),
         ("rate (1/s),viscosity (in thousandths)\n" + table(RATES, MILLI), "not in thousandths"),
         ("rate (1/s),viscosity in thousandths\n" + table(RATES, MILLI), "not thousandths"),

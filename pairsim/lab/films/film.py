@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from fractions import Fraction
+from os import PathLike
 from pathlib import Path
 
 import numpy as np
@@ -63,7 +64,9 @@ class Film:
         if self.metres.max() > FAR * diameter:
             i = int(self.metres.argmax())
             wrong = f"must be at most {FAR:g} diameters of the case, {1e6 * FAR * diameter:.4g} um, as in other frames"
-            raise InputError(str(self.path), "distance", f"{1e6 * self.metres[i]:.4g} um", wrong, line=int(self.lines[i]))
+            raise InputError(
+                str(self.path), "distance", f"{1e6 * self.metres[i]:.4g} um", wrong, line=int(self.lines[i])
+            )
         if not self.from_centres:
             return self.metres
         gaps = self.metres - diameter
@@ -82,7 +85,7 @@ class Film:
 
 
 def film_of(
-    path: Path | str,
+    path: PathLike[str] | str,
     *,
     fps: float | str | None = None,
     pixel: str | None = None,
@@ -101,6 +104,8 @@ def film_of(
     Raises:
         InputError: It is no such table, or an argument is missing.
     """
+    if not isinstance(path, str | PathLike):
+        raise InputError("pairsim fit", "film", type(path).__name__, "must be the path of a table, such as film.csv")
     rate, size = _rate(fps), _pixel(pixel)
     if particles is not None and not isinstance(particles, Iterable):
         raise InputError(Argument("particles"), "", particles, "must be two names, such as 3,5")

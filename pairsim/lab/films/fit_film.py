@@ -177,8 +177,9 @@ def fit(
     """
     unknown = _unknown(unknown)
     chosen, asked, units, difference = _case_of(case, unknown, atlas)
-    paths = [Path(each) for each in (film, exchanged) if each is not None]
-    films = [film_of(path, fps=fps, pixel=pixel, particles=particles) for path in paths]
+    given = [film, *([exchanged] if exchanged is not None else [])]
+    films = [film_of(path, fps=fps, pixel=pixel, particles=particles) for path in given]
+    paths = [each.path for each in films]
     model, notes = _model_of(films, paths, chosen, asked, unknown, difference)
     numbers = [GIVES[name][0] for name in unknown]
     with near_films(film):
