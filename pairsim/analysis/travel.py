@@ -172,7 +172,7 @@ def distance_on(curve: CurveInterpolant, given: Any, argument: str, scales: Scal
     given = as_texts(given)
     try:
         d = float(given)
-    except ValueError:
+    except (TypeError, ValueError):
         try:
             length = si(str(given), A_LENGTH)
         except ValueError as error:

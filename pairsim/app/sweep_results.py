@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 from pairsim.cases.identity import RUNS
 from pairsim.computing.events import Outcome
+from pairsim.computing.loading import written
 from pairsim.computing.result import Result
-from pairsim.record.folder import plain
 from pairsim.record.record import scales_for
 from pairsim.runtime.errors import EnvironmentFailure, InputError
 from pairsim.runtime.locks import is_locked
@@ -195,7 +195,7 @@ def sweep(
 
     def compute(workers: Workers) -> SweepResult:
         if isinstance(grid, Mapping):
-            checked = grid_from(Path("grid"), plain(grid), settings)
+            checked = grid_from(Path("grid"), written(grid, "grid"), settings)
         else:
             checked = read_grid(Path(grid), settings)
         directory = Path(folder or RUNS / checked.name)

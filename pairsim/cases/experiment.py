@@ -206,6 +206,8 @@ class Experiment:
         def wrong(key: str, allowed: str) -> Mistake:
             return Mistake(f"{BLOCK}.{key}", self.given[key], allowed)
 
+        if TUBE.key not in values:
+            yield missing(f"{BLOCK}.{TUBE.key}", f"must be given, such as {TUBE.example}")
         given = [each for each in follows_in(self.laws) if each.quantity.key in values]
         rivals = [
             (one.quantity.key, other.quantity.key) for one, other in combinations(given, 2) if one.key == other.key

@@ -45,7 +45,7 @@ def quantity(kind: Kind, number: Any, scales: Scales) -> Any:
 
 
 def as_texts(given: Any) -> Any:
-    """A quantity of pint as a text with its unit, or those of an array in lists; all else as it is.
+    """A quantity of pint as a text with its unit, or as a number without one, an array as a list; all else as it is.
 
     The registry of the quantity may be any.
     """
@@ -53,7 +53,8 @@ def as_texts(given: Any) -> Any:
         return given
     if getattr(given.magnitude, "ndim", 0):
         return [as_texts(each) for each in given]
-    return f"{float(given.magnitude):.17g} {given.units:~C}"
+    number, unit = float(given.magnitude), f"{given.units:~C}"
+    return f"{number!r} {unit}" if unit else number
 
 
 def has_unit(given: Any) -> bool:

@@ -108,7 +108,7 @@ def load(stream: TextIO | str, file: str) -> Any:
         return reader.load(stream)
     except MarkedYAMLError as error:
         line = error.problem_mark.line + 1 if error.problem_mark else None
-        problem = "lines are indented by spaces, not by tabs" if "\\t" in str(error.problem) else str(error.problem)
+        problem = "there must be spaces in place of tabs" if "\\t" in str(error.problem) else str(error.problem)
         if len(problem) > LONGEST_PROBLEM:  # of a duplicate key, with both values
             problem = problem.partition(" with value ")[0]
         raise InputError(file, "", None, f"must be valid YAML: {problem}", line=line) from None

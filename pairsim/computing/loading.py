@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from os import PathLike
 from pathlib import Path
-from typing import cast
+from typing import Any, Protocol, cast, runtime_checkable
 
 from pairsim.cases.case import SceneCase
 from pairsim.cases.conversion import forget_numbers
 from pairsim.cases.keys import groups_of
+from pairsim.cases.unit_registry import as_texts
 from pairsim.cases.yaml_file import merge, read_yaml
 from pairsim.computing.case_files import Files, parse_case
 from pairsim.computing.question import Question
@@ -21,7 +22,10 @@ from pairsim.runtime.errors import InputError
 from pairsim.runtime.plain import Plain
 
 type Given = Mapping[str, object]
-"""Keys of a case with what a caller of Python may have in place of their values: laws, arrays, paths, plain data."""
+"""Keys of a case with what a caller of Python may have in place of their values.
+
+Laws, quantities of pint, arrays, columns of pandas, paths and plain data.
+"""
 AnyCase = str | PathLike[str] | Mapping[str, object] | SceneCase
 """Input for a case: the path of a case file, a dict of keys and values, or a case returned by `load`."""
 
@@ -44,7 +48,7 @@ def case_from[C: SceneCase](
 ) -> C:
     """As `case_of`, from the content of what is given, and the name that it has in messages."""
     forget_numbers(data)
-    merge(data, _written(overrides, source), groups_of(question.model), source)
+    merge(data, written(overrides, source), groups_of(question.model), source)
     return parse_case(question, data, source, files=files)
 
 
@@ -58,18 +62,39 @@ def content_of(given: AnyCase) -> dict[str, Plain]:
     if isinstance(given, SceneCase):
         return given.model_dump(mode="json", exclude_unset=True)
     if isinstance(given, Mapping):
-        return _written(given, "case")
+        return written(given, "case")
     if isinstance(given, str | PathLike):
         return read_yaml(Path(given))
     raise InputError("case", "", type(given).__name__, "must be the path of a case file, a dict of its keys, or a case")
 
 
-def _written(keys: Given, source: str) -> dict[str, Plain]:
+def written(keys: Given, source: str) -> dict[str, Plain]:
     """Keys and values as a file has them; InputError where one cannot be written to a file."""
     try:
-        return dict(plain(_with_blocks(keys)))
+        return dict(plain(_in_arrays(_with_blocks(keys))))
     except (TypeError, ValueError) as error:
         raise InputError(source, "", None, str(error)) from None
+
+
+@runtime_checkable
+class _LikeArray(Protocol):
+    """What numpy makes an array of, such as a column of pandas."""
+
+    def __array__(self) -> Any: ...
+
+
+def _in_arrays(value: Any) -> Any:
+    """Quantities of pint as texts with their units, and what is like an array as one, also in nested values."""
+    import numpy as np  # its threads begin while SIGTERM is blocked, see runtime/fenicsx
+
+    value = as_texts(value)
+    if isinstance(value, Mapping):
+        return {key: _in_arrays(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_in_arrays(each) for each in value]
+    if isinstance(value, _LikeArray) and not isinstance(value, np.ndarray | np.generic):
+        return np.asarray(value)
+    return value
 
 
 def _with_blocks(keys: Given) -> dict[str, object]:

@@ -223,11 +223,11 @@ class Workers:
     @contextmanager
     def at_work_in(self, folder: Path) -> Iterator[None]:
         """Context in which parts of a case with this folder can be started; stops those still at work at its end."""
+        shutil.rmtree(folder / FOLDER, ignore_errors=True)  # left by a computation that was killed
         if self.count == 1:
             yield
             return
         self._folder, self._computation = folder / FOLDER, uuid4().hex
-        shutil.rmtree(self._folder, ignore_errors=True)  # left by a computation that was killed
         self._folder.mkdir()
         try:
             yield

@@ -10,6 +10,7 @@ from pairsim.cases.case import SceneCase
 from pairsim.cases.keys import keys_of
 from pairsim.cases.physical import BLOCK
 from pairsim.cases.physical_keys import Physical
+from pairsim.cases.unit_registry import as_texts
 from pairsim.lab.cytometer.suspending_media import methyl_cellulose
 from pairsim.lab.driving_pressure import velocity_for
 from pairsim.lab.load import load
@@ -54,6 +55,7 @@ def case_of_experiment(
         **(given.pop(BLOCK, None) or {}),
         **{key: given.pop(key) for key in Physical.model_fields if key in given},
     }
+    quantities = {key: as_texts(each) for key, each in quantities.items()}
     fit = None
     if carrier is not None:
         if "liquid" in given:
@@ -65,7 +67,7 @@ def case_of_experiment(
         fit = fit_liquid(rheology, spectrum, given.get("liquid"), section, quantities, listener)
         given["liquid"] = fit.block
         quantities |= fit.quantities
-    if isinstance(sizes := quantities.get("particle"), list):
+    if isinstance(sizes := quantities.get("particle"), list | tuple):
         given.setdefault("particles", len(sizes))
     if not quantities.keys() & {"modulus", "young"}:
         given.setdefault("Ca_e", 0)

@@ -140,7 +140,7 @@ def units(
     case, quantities, keys, fit = found
     scales = case.scales
     assert scales is not None
-    Re = scales.reynolds(si(quantities.get(DENSITY.key, WATER), DENSITY))
+    Re = scales.reynolds(si(quantities.get(DENSITY.key) or WATER, DENSITY))
     numbers, notes = _numbers(case, Re), [*_notes(case, {**keys, **quantities}, Re)]
     rows, warnings = _of_flow(case.liquid_model, scales, fit, None if carrier is None else celsius)
     written = {BLOCK: quantities, **keys}

@@ -99,7 +99,7 @@ class Computation[R: Result]:
         source = f"pairsim.{self.__name__}"
         if count != 1 and not self.question.shared:
             raise InputError(source, "workers", count, f"must be 1: a {self.question.name} is computed on one core")
-        if count < 1:
+        if isinstance(count, bool) or not isinstance(count, int) or count < 1:
             raise InputError(source, "workers", count, "must be a whole number from 1 on")
         if executor is not None and count == 1:
             raise InputError(source, "workers", count, "must be 2 or more with an executor, this process included")

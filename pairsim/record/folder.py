@@ -106,21 +106,25 @@ def plain(value: Any, where: str = "") -> Any:
     """
     import numpy as np  # its threads begin while SIGTERM is blocked, see runtime/fenicsx
 
+    if isinstance(value, np.floating):  # of those with more digits than float `tolist` makes themselves
+        return plain(float(value), where)
     if isinstance(value, np.ndarray | np.generic):
-        return plain(value.tolist(), where)
+        numbers = value.astype(float) if isinstance(value, np.ndarray) and value.dtype == np.longdouble else value
+        return plain(numbers.tolist(), where)
     if isinstance(value, Mapping):
         return {str(key): plain(item, f"{where}.{key}" if where else str(key)) for key, item in value.items()}
     if isinstance(value, list | tuple):
         return [plain(item, f"{where}[{i}]") for i, item in enumerate(value)]
     if isinstance(value, float):
         if math.isnan(value):
-            raise ValueError(f"{where or 'value'} is nan and would be written to a file")
+            raise ValueError(f"{where or 'value'}: must be a number, not nan")
         return value + 0.0  # no -0.0, which would make another case
     if isinstance(value, Path | str):
         return printable(str(value))
     if value is None or isinstance(value, bool | int):
         return value
-    raise TypeError(f"{where or 'value'}: cannot write a {type(value).__name__}")
+    allowed = "must be a number, a text, true or false, or a list or group of these"
+    raise TypeError(f"{where or 'value'}: {allowed}, not a {type(value).__name__}")
 
 
 def prepare_folder(folder: Path, overwrite: bool = False, files: Iterable[str] = OWN_FILES) -> None:

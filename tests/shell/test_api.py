@@ -8,18 +8,20 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
+import pint
 import pytest
 
 import pairsim
 from pairsim.computing.fields_grid import grid_of
 from pairsim.computing.progress import Reporter
+from pairsim.lab.films.film import film_of
 from pairsim.quantities.scales import Scales
 from pairsim.questions.registry import QUESTIONS
 from pairsim.record.table_files import read_table
@@ -195,6 +197,35 @@ def test_overrides_change_keys_within_groups() -> None:
     assert RUN["mesh"] == {"Np": 8, "max_size": 0.3}, "the given dict stays as it was"
 
 
+def test_quantities_of_pint_columns_of_pandas_and_all_numbers_of_numpy_are_values() -> None:
+    registry = pint.UnitRegistry()
+    block = {"tube": registry.Quantity(0.05, "mm"), "particle": pd.Series(["20 um", "19 um"], index=[3, 5])}
+    block |= {"flow_rate": registry.Quantity(1, "ul/min"), "viscosity": registry.Quantity(1, "Pa*s")}
+    block |= {"modulus": registry.Quantity(np.array([5, 6]), "kPa"), "distance": "5 um"}
+    case = pairsim.load({"physical": block})
+    assert case.beta == pytest.approx((0.4, 0.38))
+    assert case.Ca_e == pytest.approx((0.033953, 0.028294), rel=1e-4)
+    assert case.physical.given["tube"] == "0.05 mm"
+    of_units = pairsim.units(**block, density=None, relaxation=None)
+    assert of_units.case.beta == pytest.approx(case.beta)
+    numbers = {"beta": registry.Quantity(0.4, ""), "Ca_e": np.longdouble(0.1), "d": pd.Series([0.1, 0.2])}
+    curve = pairsim.load({"De": 0, **numbers}, kind="curve")
+    assert (curve.beta, curve.Ca_e, curve.d) == (0.4, 0.1, (0.1, 0.2))
+    with pytest.raises(pairsim.InputError, match="Ca_e: is missing"):
+        pairsim.units(**block | {"modulus": None})
+    several = pairsim.load({"beta": np.array([0.4, 0.3], dtype=np.longdouble), "De": 0, "Ca_e": 0, "d0": 0.1})
+    assert several.beta == (0.4, 0.3)
+
+
+def test_a_viscosity_of_none_is_that_of_the_file(tmp_path: Path) -> None:
+    (tmp_path / "flow.csv").write_text("rate [1/s],viscosity [Pa.s]\n1,2\n2,2\n5,2.01\n10,2\n20,1.99\n50,2\n")
+    block = {"tube": "50um", "particle": ("20um", "19um", "20um"), "flow_rate": "1ul/min", "viscosity": None}
+    of_file = pairsim.units(**block, rheology=tmp_path / "flow.csv", liquid="newtonian")
+    assert of_file.case.scales is not None
+    assert of_file.case.scales.viscosity == pytest.approx(2, rel=0.01)
+    assert of_file.case.particles == 3
+
+
 def test_a_case_may_be_its_keys_alone() -> None:
     keys = {"beta": 0.4, "De": 0, "Ca_e": 0, "d": [0.2], "mesh": {"Np": 8}}
     rigid = pairsim.curve(**keys)
@@ -206,8 +237,12 @@ def test_a_case_may_be_its_keys_alone() -> None:
 WRONG: dict[str, tuple[Any, dict[str, Any], str]] = {
     "key": (RUN, {"betta": 0.4}, "did you mean beta"),
     "type": (3, {}, "the path of a case file, a dict of its keys, or a case"),
-    "object": (RUN, {"De": object()}, "cannot write a object"),
-    "nan": (RUN, {"De": float("nan")}, "nan"),
+    "object": (
+        RUN,
+        {"De": object()},
+        "De: must be a number, a text, true or false, or a list or group of these, not a object",
+    ),
+    "nan": (RUN, {"De": float("nan")}, "De: must be a number, not nan"),
 }
 
 
@@ -216,6 +251,25 @@ def test_wrong_cases_are_typed_errors(name: str) -> None:
     given, overrides, message = WRONG[name]
     with pytest.raises(pairsim.InputError, match=message):
         pairsim.load(given, **overrides)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (
+            lambda: pairsim.sweep({"base": RUN, "grid": {"De": [float("nan")]}}),
+            r"grid.De\[0\]: must be a number, not nan",
+        ),
+        (lambda: pairsim.sweep({"base": RUN | {"De": object()}}), "grid: base.De: must be a number, a text"),
+        (lambda: pairsim.curve(CURVE, workers="2"), "workers: got '2'; must be a whole number from 1 on"),
+        (lambda: pairsim.curve(CURVE, workers=1.5), "workers: got 1.5; must be a whole number from 1 on"),
+        (lambda: pairsim.fit(pd.DataFrame({"t [s]": [0.0]}), RUN), "must be given: the quantities of the experiment"),
+        (lambda: film_of(pd.DataFrame()), "film: got 'DataFrame'; must be the path of a table"),  # type: ignore[arg-type]
+    ],
+)
+def test_arguments_of_another_type_are_typed_errors(call: Callable[[], Any], message: str) -> None:
+    with pytest.raises(pairsim.InputError, match=message):
+        call()
 
 
 def test_a_failure_is_a_result_whose_check_raises_it(monkeypatch: pytest.MonkeyPatch) -> None:

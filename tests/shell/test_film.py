@@ -49,6 +49,7 @@ def test_centres_need_a_smaller_diameter(tmp_path: Path) -> None:
         "film 3, lens 20x\n\nT [°C],t [s],d [um],c [mM]\n23,0,4,1\n23,0.01,4.1,1\n23,0.02,4.3,1\n",
         "t [s],d [um]\n0,4\n,4.05\n0.01,4.1\n0.015,\n0.017,NaN\n0.02,4.3\n",
         "t [s],d [um],,\n0,4,,\n0.01,4.1\n0.02,4.3,,\n",
+        "% t [s]  d [um]\n  0.00e+00  4.0e+00\n  1.00e-02  4.1e+00\n  2.00e-02  4.3e+00\n",
         "t [s],d [um]\n0.02,4.3\n0.01,4.1\n0,4\n",
     ],
 )
@@ -64,6 +65,8 @@ def test_what_is_left_out_or_turned_round_is_said(tmp_path: Path) -> None:
     untimed = read(tmp_path, "frame,t [s],d [um]\n0,0,4\n1,,4.1\n2,0.02,4.3\n")
     assert untimed.notes[1] == "left out: 1 frame without a time"
     np.testing.assert_allclose(untimed.seconds, [0, 0.02])
+    two = read(tmp_path, f"{D}0,4\n0.01,4.1\n\nfilm 2\n{D}0,8\n0.01,8.1\n")
+    assert two.notes[1:] == ("not read: numbers below the end of the table, from line 7 on",)
     turned = read(tmp_path, D + "0.02,4.3\n0.01,4.1\n0,4\n")
     assert turned.notes[1] == "turned round: rows are in descending order of time"
 
@@ -112,6 +115,8 @@ def test_distances_that_are_not_positive_are_refused_with_the_line(distance: str
     [
         ("t [s],d [um]\n0,4\n1,far\n", "film.csv:3: d [um]: got 'far'; must be a number"),
         ("t [s],d [um]\n0,5\n1,inf\n", "film.csv:3: d [um]: got 'inf'; must be a number"),
+        ("t [s],d [um]\n0,5\n1,1e400\n", "film.csv:3: d [um]: got '1e400'; must be a number"),
+        ("t [s],d [um]\n0,5\n1e31,6\n", "film.csv:3: t [s]: got '1e31'; must be a number"),
         ("t [s],d [um]\n0,far\n1,5\n", "film.csv:2: d [um]: got 'far'; must be a number"),
         ("t [s],d [um]\n", "film.csv: t [s]: must have numbers below it"),
         ("t [s],d [ms]\n0,5\n", "film.csv: d [ms]: must have a unit as m is, not ms"),

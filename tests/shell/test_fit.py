@@ -277,6 +277,18 @@ def test_outliers_are_left_out(atlas: Path, tmp_path: Path) -> None:
     assert "2 more are outliers" in str(found)
 
 
+def test_frames_far_from_all_others_are_refused(atlas: Path, tmp_path: Path) -> None:
+    path = film(tmp_path / "film.csv", 0.0, 0.06, 1e-3)
+    rows = path.read_text().splitlines()
+    t, _, d = rows[-1].partition(",")
+    path.write_text("\n".join([*rows[:-1], f"{t},1e9"]))
+    with pytest.raises(InputError, match=rf"csv:{len(rows)}: distance: got '1e\+09 um'; must be at most 100 diameters"):
+        api.fit(path, case(), atlas=atlas)
+    path.write_text("\n".join([*rows[:-1], f"1e10,{d}"]))
+    with pytest.raises(InputError, match="no motion of the atlas comes near these frames"):
+        api.fit(path, case(), atlas=atlas)
+
+
 def test_centres_are_further_apart_than_a_diameter(atlas: Path, tmp_path: Path) -> None:
     path = film(tmp_path / "film.csv", 0.0, 0.06, 1e-3)
     wrong = "has centres 15 um apart, less than the diameter of the case, 20 um"

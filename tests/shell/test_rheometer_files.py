@@ -229,19 +229,22 @@ def test_what_is_left_out_or_assumed_is_said(text: str, says: str, tmp_path: Pat
     ("text", "says"),
     [
         (b"PK\x03\x04rest", "save the sheet with the table as CSV"),
-        (bytes(range(256)) * 9, "export the table as CSV or text"),
+        (bytes(range(256)) * 9, "export the table as CSV in UTF-8"),
         ("0.1,2\n0.2,3\n", "must have a line of headings of shear rate and"),
         ("rate [1/s],strain [%]\n1,2\n", "must have a line of headings of shear rate and viscosity or shear stress"),
         ("lg rate,log10 viscosity\n" + table(POINTS, POINTS), "viscosity [mPa.s], and has lg rate, log10 visc"),
         (SPECTRA["Hz"], "and has those of `spectrum`"),
         ("rate [1/s],viscosity [Pa.s]\n1,1\n2,0\n", "must have at least 5 rows of positive numbers"),
-        ("rate [1/s],viscosity [Pa.s]\n" + "10,1\n" * 9, "rates that differ by a factor of 2 or more, and has 9"),
+        ("rate [1/s],viscosity [Pa.s]\n" + "10,1\n" * 9, "a factor of 2 or more, and has 9, with rates from 10 to 10"),
         ("rate,,eta,\n1,1/s,2,Pa.s\n2,1/s,2,Pa.s\n3,1/s,2,P\n4,1/s,2,P\n5,1/s,2,P\n", "not Pa.s P"),
         ("rate (1/s),viscosity (in thousandths)\n" + table(RATES, MILLI), "not in thousandths"),
         ("rate (1/s),viscosity in thousandths\n" + table(RATES, MILLI), "not thousandths"),
         ("rate [Hz],viscosity [Pa.s]\n" + table(RATES, VISCOSITIES), 'a unit as 1/s is for "rate [Hz]", not Hz'),
         ("rate [1/s],viscosity [mPa]\n" + table(RATES, VISCOSITIES), "a unit as Pa.s is"),
         ("rate [1/s],viscosity [MPA.S]\n" + table(RATES, VISCOSITIES), "not MPA.S"),
+        ("rate [1/s],viscosity [MPas]\n" + table(RATES, VISCOSITIES), "not MPas"),
+        ("rate [1/s],viscosity [MPa.s]\n" + table(RATES, VISCOSITIES), "not MPa.s"),
+        ("Вязкость\n1\n".encode("cp1251"), "must be text in an encoding that can be told"),
         ("rate [1/s],viscosity [Pa.s]\n0,10,2,50\n0,20,2,40\n", "numbers and between them: line 2"),
         ("rate [1/s];viscosity [mPa.s]\n1;2.500\n5;1.800\n9;950\n", "2.500, which may be one or a thousand"),
         ("rate [1/s],viscosity [Pa.s]\n" + table(POINTS, RATES, VISCOSITIES), "must have a heading over each column"),
@@ -255,6 +258,12 @@ def test_what_cannot_be_read_is_refused(text: str | bytes, says: str, tmp_path: 
     with pytest.raises(InputError, match="rheology: got") as refused:
         read_columns("rheology", written(tmp_path, text))
     assert says in str(refused.value)
+
+
+def test_moduli_in_tension_are_not_those_in_shear(tmp_path: Path) -> None:
+    text = "frequency [Hz],storage modulus E' [kPa],loss modulus E'' [kPa]\n" + table(RATES, POINTS, POINTS)
+    with pytest.raises(InputError, match="must have a line of headings of frequency, storage modulus and loss modulus"):
+        read_columns("spectrum", written(tmp_path, text))
 
 
 def test_a_section_is_chosen_by_a_part_of_its_name(tmp_path: Path) -> None:

@@ -85,6 +85,13 @@ def test_this_process_has_fewer_places_where_it_has_more_to_do(
     assert [*mine, *(each for part in given for each in part)] == places
 
 
+def test_what_killed_workers_have_left_is_removed_without_workers_too(tmp_path: Path) -> None:
+    (tmp_path / FOLDER).mkdir()
+    (tmp_path / FOLDER / "part1").touch()
+    with ALONE.at_work_in(tmp_path):
+        assert not (tmp_path / FOLDER).exists()
+
+
 def test_parts_are_computed_here_one_after_another_without_workers() -> None:
     seen = []
 

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from fractions import Fraction
+from os import PathLike
 from pathlib import Path
 
 import numpy as np
@@ -53,12 +54,19 @@ class Film:
         """Distances between the surfaces of two beads of one diameter [m] in metres, shape (frames,).
 
         Raises:
-            InputError: Centres are nearer than that, or so far apart that their unit is another one, or jump.
+            InputError: Centres are nearer than that, or jump; distances are so large that their unit is another one, or
+                one of them is.
         """
         if self.metres.min() > FAR * diameter:
             far = f"has distances from {1e6 * self.metres.min():.4g} um on, of beads of {1e6 * diameter:.4g} um"
             wrong = "the unit, or the scale in the tracker, is another one, such as inch or cm of a print"
             raise InputError(str(self.path), "", None, f"{far}: {wrong}")
+        if self.metres.max() > FAR * diameter:
+            i = int(self.metres.argmax())
+            wrong = f"must be at most {FAR:g} diameters of the case, {1e6 * FAR * diameter:.4g} um, as in other frames"
+            raise InputError(
+                str(self.path), "distance", f"{1e6 * self.metres[i]:.4g} um", wrong, line=int(self.lines[i])
+            )
         if not self.from_centres:
             return self.metres
         gaps = self.metres - diameter
@@ -77,7 +85,7 @@ class Film:
 
 
 def film_of(
-    path: Path | str,
+    path: PathLike[str] | str,
     *,
     fps: float | str | None = None,
     pixel: str | None = None,
@@ -96,6 +104,8 @@ def film_of(
     Raises:
         InputError: It is no such table, or an argument is missing.
     """
+    if not isinstance(path, str | PathLike):
+        raise InputError("pairsim fit", "film", type(path).__name__, "must be the path of a table, such as film.csv")
     rate, size = _rate(fps), _pixel(pixel)
     if particles is not None and not isinstance(particles, Iterable):
         raise InputError(Argument("particles"), "", particles, "must be two names, such as 3,5")
@@ -122,6 +132,8 @@ def film_of(
         um, half_width = (1e6 * each for each in size)
         in_px = f" (1 px = {um:.4g}{f' +- {half_width:.2g}' if half_width else ''} um)"
     read = f"read: {table.path.name}: {counted(len(frames.t), 'frame')}, {times}{said}, {what} {ends}{in_px}"
+    if table.below:
+        notes.append(f"not read: numbers below the end of the table, from line {table.below} on")
     return Film(
         seconds=frames.t,
         metres=metres,

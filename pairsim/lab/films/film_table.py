@@ -20,7 +20,7 @@ from pairsim.cases.quantity_text import unit_in
 from pairsim.lab.films.headings import CENTRES, FRAME, HEADINGS, PARTICLE, SURFACES, TIME, Heading, X, Y
 from pairsim.lab.rheometer.export_files import text_of
 from pairsim.lab.rheometer.export_tables import ONE_SPACE, SEPARATORS, cells_of, table_of
-from pairsim.lab.rheometer.number_formats import NUMBER, marks_of
+from pairsim.lab.rheometer.number_formats import HUGE, NUMBER, marks_of
 from pairsim.runtime.errors import InputError
 
 SEVERAL = r"(?P<axis>[xy]) ?(?P<name>\d+|[a-z]|lead\w*|trail\w*|left|right|front|rear)|(?P<first>.*\d) ?(?P<last>[xy])"
@@ -59,11 +59,13 @@ class FilmTable:
         columns: Columns by what they are of.
         particles: Columns of `X` and, if there are any, `Y` of particles that have columns of their own, by their
             names.
+        below: The first line with numbers below the end of the table, which are not read; 0 without any.
     """
 
     path: Path
     columns: Mapping[Heading, Column]
     particles: Mapping[str, Mapping[Heading, Column]]
+    below: int = 0
 
     @property
     def tracked(self) -> bool:
@@ -138,7 +140,7 @@ def read_film_table(path: Path) -> FilmTable:
                 unit, size = _unit(what, f"{columns[what].heading} [{of_all[0]}]", [])
                 columns[what] = replace(columns[what], unit=unit, size=size)
     of_one = {name: {axis: column(i, axis) for axis, i in each.items()} for name, each in particles.items()}
-    return FilmTable(path, columns, of_one)
+    return FilmTable(path, columns, of_one, _numbers_below(lines, max(rows), separator))
 
 
 def _heading(lines: Sequence[str]) -> tuple[int, str, list[str]]:
@@ -177,6 +179,15 @@ def _body(lines: Sequence[str], start: int) -> Iterator[int]:
             return
 
 
+def _numbers_below(lines: Sequence[str], last: int, separator: str) -> int:
+    """The first line of numbers alone, two or more, below the last line of a table, counted from 1; 0 without any."""
+    for line in range(last + 1, len(lines) + 1):
+        cells = [cell for cell in _split(lines[line - 1], separator) if cell]
+        if len(cells) > 1 and all(re.fullmatch(NUMBER, cell) for cell in cells):
+            return line
+    return 0
+
+
 def _decimal(cells: Sequence[str], separator: str) -> str:
     """The decimal mark of a table; ValueError where its commas may be decimal marks or of thousands."""
     marks, doubt = marks_of(cells, separator)
@@ -186,10 +197,10 @@ def _decimal(cells: Sequence[str], separator: str) -> str:
 
 
 def _numbers(cells: pd.Series[str], decimal: str) -> pd.Series[float]:
-    """Cells as numbers, NaN where there is none."""
+    """Cells as numbers, NaN where there is none, or one that nothing measures."""
     marks = str.maketrans({"." if decimal == "," else ",": "?", decimal: "."})  # a number has one kind of marks
     numbers: pd.Series[float] = pd.to_numeric(cells.where(cells.str.fullmatch(NUMBER)).str.translate(marks), "coerce")
-    return numbers.astype(float)
+    return numbers.astype(float).where(numbers.abs() <= HUGE)
 
 
 def _parts(heading: str) -> tuple[str, str]:

@@ -21,7 +21,7 @@ from pairsim.computing.loading import AnyCase, content_of
 from pairsim.lab.ask_atlas import asked_of
 from pairsim.lab.films.film import Film, film_of
 from pairsim.lab.films.film_model import NORMAL, FilmModel, Seen, Uncertain
-from pairsim.lab.films.fit_search import LEAST, Search
+from pairsim.lab.films.fit_search import LEAST, Search, near_films
 from pairsim.lab.load import load
 from pairsim.quantities.measurable import Measurable
 from pairsim.quantities.scales import Scales
@@ -177,34 +177,36 @@ def fit(
     """
     unknown = _unknown(unknown)
     chosen, asked, units, difference = _case_of(case, unknown, atlas)
-    paths = [Path(each) for each in (film, exchanged) if each is not None]
-    films = [film_of(path, fps=fps, pixel=pixel, particles=particles) for path in paths]
+    given = [film, *([exchanged] if exchanged is not None else [])]
+    films = [film_of(path, fps=fps, pixel=pixel, particles=particles) for path in given]
+    paths = [each.path for each in films]
     model, notes = _model_of(films, paths, chosen, asked, unknown, difference)
     numbers = [GIVES[name][0] for name in unknown]
-    search = Search.of(model, numbers)
-    seen = np.concatenate([each.distances for each in model.films])
-    fitted = search.found.residuals + seen
-    if not (chosen.d[0] < fitted.min() and fitted.max() < chosen.d[-1]):
-        raise InputError(str(film), "", None, "the motion that fits best leaves the distances of the atlas")
-    equal = {}
-    if model.difference == (0.0, UNKNOWN_DIFFERENCE):
-        of_equals = Search.of(replace(model, difference=(0.0, 0.0)), numbers, search.likelihood.noise)
-        equal = _values(of_equals, unknown, units, asked)
-    used: Flags = search.likelihood.used
-    um = 1e6 * _scales(asked).length
-    return FilmFit(
-        values=_values(search, unknown, units, asked),
-        times=np.concatenate([each.seconds for each in films])[used],
-        distances=um * seen[used],
-        fitted=um * fitted[used],
-        alike=search.alike,
-        cut=_cut(search, unknown),
-        parts=dict(zip(unknown, search.parts, strict=True)),
-        equal=equal,
-        difference=search.difference,
-        left_out=int(np.count_nonzero(~used)),
-        notes=(*dict.fromkeys(note for each in films for note in each.notes), *notes),
-    )
+    with near_films(film):
+        search = Search.of(model, numbers)
+        seen = np.concatenate([each.distances for each in model.films])
+        fitted = search.found.residuals + seen
+        if not (chosen.d[0] < fitted.min() and fitted.max() < chosen.d[-1]):
+            raise InputError(str(film), "", None, "the motion that fits best leaves the distances of the atlas")
+        equal = {}
+        if model.difference == (0.0, UNKNOWN_DIFFERENCE):
+            of_equals = Search.of(replace(model, difference=(0.0, 0.0)), numbers, search.likelihood.noise)
+            equal = _values(of_equals, unknown, units, asked)
+        used: Flags = search.likelihood.used
+        um = 1e6 * _scales(asked).length
+        return FilmFit(
+            values=_values(search, unknown, units, asked),
+            times=np.concatenate([each.seconds for each in films])[used],
+            distances=um * seen[used],
+            fitted=um * fitted[used],
+            alike=search.alike,
+            cut=_cut(search, unknown),
+            parts=dict(zip(unknown, search.parts, strict=True)),
+            equal=equal,
+            difference=search.difference,
+            left_out=int(np.count_nonzero(~used)),
+            notes=(*dict.fromkeys(note for each in films for note in each.notes), *notes),
+        )
 
 
 def _unknown(names: str | Sequence[str]) -> list[str]:

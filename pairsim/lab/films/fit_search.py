@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 import scipy
@@ -14,6 +16,7 @@ from pairsim.cases.physical import DIFFERENCE
 from pairsim.lab.films.film_model import NORMAL, FilmModel
 from pairsim.lab.films.likelihood import Fitted, Likelihood, crossing, minima_of, shares
 from pairsim.runtime.arrays import Array
+from pairsim.runtime.errors import InputError
 
 LEAST = 1e-3  # an unknown number over the largest one of the atlas: less is as good as 0
 PLACES = {1: 60, 2: 16}  # values of each of one or two unknown numbers that are looked at, for all minima; chosen
@@ -173,6 +176,20 @@ class Search:
         """Correlation of the residuals of neighbouring frames, which is small where they are exact."""
         off = self.found.residuals[self.likelihood.used]
         return float(off[1:] @ off[:-1]) / max(float(off @ off), len(off) * self.likelihood.noise**2)
+
+
+@contextmanager
+def near_films(film: Path | str) -> Iterator[None]:
+    """Context in which films that no motion comes near, so that numbers overflow, are an InputError of the first one.
+
+    A time far behind all others is such a case, or the distance of a frame in a film that has no noise.
+    """
+    try:
+        with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
+            yield
+    except np.linalg.LinAlgError:
+        wrong = "no motion of the atlas comes near these frames: a time or a distance is far from all others"
+        raise InputError(str(film), "", None, wrong) from None
 
 
 def _scatter(times: Array, distances: Array) -> float:

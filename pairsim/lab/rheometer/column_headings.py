@@ -113,8 +113,13 @@ def column(quantity: str, place: int, heading: str, rest: str, around: Sequence[
 def factor_of(text: str, of: str) -> float | None:
     """A unit in another one, None if it is no such unit."""
     turns = re.search("(?i)hz|hertz|rpm|rev|u/min|cycle", text)
-    if re.fullmatch(r"[\d\s.]*", text) or re.search(r"\bMPA\b|\bMPAS", text) or (turns and of == UNITS["rate"]):
-        return None  # milli or mega? and a shear rate is no speed of rotation
+    milli_or_mega = r"\bMPA\b|\bMPAS"
+    if of == UNITS["viscosity"]:
+        milli_or_mega += r"|\bMPa"  # no viscosity is meant in MPa.s, which spreadsheets make of mPa.s
+    if re.fullmatch(r"[\d\s.]*", text) or re.search(milli_or_mega, text):
+        return None
+    if turns and of == UNITS["rate"]:
+        return None  # a shear rate is no speed of rotation
     for spelled in (text, text.replace(" ", "/"), text.lower()):
         for pattern, by in spellings().units.items():
             spelled = re.sub(pattern, by, spelled)

@@ -93,10 +93,10 @@ def text_of(file: Path) -> str:
     guesses = from_bytes(content, cp_isolation=ENCODINGS)
     texts += map(str, sorted(guesses, key=lambda each: each.encoding != "utf_8"))  # which is seldom anything else
     if not texts:
-        raise ValueError("must be text: export the table as CSV or text")
+        raise ValueError("must be text in an encoding that can be told: export the table as CSV in UTF-8")
     text = texts[0].removeprefix("\ufeff").translate(ONE_SIGN)
     text = unicodedata.normalize("NFKC", text).translate(ONE_SIGN).replace("\r\n", "\n").replace("\r", "\n")
-    text = re.sub(r"(?m)^#+[ \t]*(?=[^\W\d])", "", text)  # headings that begin with the sign of a comment
+    text = re.sub(r"(?m)^[#%]+[ \t]*(?=[^\W\d])", "", text)  # headings that begin with the sign of a comment
     return re.sub(r'(?<![^,;\t\n])"[^"]*"(?![^,;\t\n])', lambda quoted: quoted[0].replace("\n", " "), text)
 
 
@@ -156,7 +156,12 @@ def _too_few(kind: str, lines: Sequence[str], sections: Sequence[Section]) -> st
     if not (most := max(each.usable.sum() for each in sections)):
         return _no_table(kind, lines)
     rows = f"at least {FEWEST} rows of positive numbers, with rates that differ by a factor of {LEAST_SPAN:g}"
-    return f"must have {rows} or more, and has {most}"
+    has = f"{most}"
+    if most >= FEWEST:
+        section = max(sections, key=lambda each: each.usable.sum())
+        rates = section.numbers.iloc[:, 0][section.usable]
+        has = f"{most}, with rates from {rates.min():.4g} to {rates.max():.4g}"
+    return f"must have {rows} or more, and has {has}"
 
 
 def _unfit(section: Section, chosen: bool) -> str:

@@ -85,7 +85,7 @@ def fit_liquid(
     if law is not None and law not in LAWS:
         allowed = f"must be the name of a law, whose parameters are fitted: {', '.join(LAWS)}"
         raise InputError("pairsim units", Argument("liquid"), liquid, allowed)
-    held = {key: text for key, text in (quantities or {}).items() if key in ALL}
+    held = {key: text for key, text in (quantities or {}).items() if key in ALL and text is not None}
     given = {name: float(value) for name, value in numbers.items()}
     for key, text in held.items():
         try:
