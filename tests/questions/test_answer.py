@@ -100,6 +100,11 @@ CURVES = [
         "Largest |dU|: (-0.0 +- 1.0)e-5 at d = 0.1" + ELSEWHERE,
     ),
     (
+        (logarithmic(0.2, 1e-12, 1e-12) | {"slope": np.array([-2e-8, 8e-9, 8e-9])}, []),  # as of rigid equal spheres
+        "The pair keeps its distance: dU vanishes at every d.",
+        "Largest |dU|: (-0.7 +- 1.0)e-12 at d = 0.1" + ELSEWHERE,
+    ),
+    (
         (logarithmic(0.2, 1e-3, 1e-2), [Zero(0.2, False, 2.0)]),
         "Not decided between d = 0.1 and 0.3: the interval of dU holds both signs.",
         "Largest |dU|: -0.001 +- 0.010 at d = 0.1" + ELSEWHERE,
