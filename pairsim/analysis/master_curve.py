@@ -151,6 +151,8 @@ class Curve:
         d, dU, error = table[table.varied(gap)], table.of(DU, gap), table.of(DU_ERROR, gap)
         discrete, zero = table.known(DU_DISCRETE, gap), np.zeros_like(d)
         discrete, slope = (zero if each is None else each for each in (discrete, slope))
+        if np.abs(dU).max() < NEGLIGIBLE_DU:  # slopes are known to the tolerance of a solve, which is more than this
+            slope = zero
         return CurveInterpolant(*(np.asarray(each, dtype=float) for each in (d, dU, discrete, slope, error)))
 
     def of(self, gap: int = 1) -> CurveInterpolant:

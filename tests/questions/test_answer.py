@@ -100,6 +100,11 @@ CURVES = [
         "Largest |dU|: (-0.0 +- 1.0)e-5 at d = 0.1" + ELSEWHERE,
     ),
     (
+        (logarithmic(0.2, 1e-12, 1e-12) | {"slope": np.array([-2e-8, 8e-9, 8e-9])}, []),  # as of rigid equal spheres
+        "The pair keeps its distance: dU vanishes at every d.",
+        "Largest |dU|: (-0.7 +- 1.0)e-12 at d = 0.1" + ELSEWHERE,
+    ),
+    (
         (logarithmic(0.2, 1e-3, 1e-2), [Zero(0.2, False, 2.0)]),
         "Not decided between d = 0.1 and 0.3: the interval of dU holds both signs.",
         "Largest |dU|: -0.001 +- 0.010 at d = 0.1" + ELSEWHERE,
@@ -121,6 +126,18 @@ CURVES = [
 @pytest.mark.parametrize(("curve", "signs", "largest"), CURVES)
 def test_a_curve_separates_comes_closer_or_is_not_decided(curve: Any, signs: str, largest: str) -> None:
     assert answer_of_curve(curve_of(*curve)) == [signs, largest]
+
+
+def test_a_curve_of_moved_particles_tells_their_forces_and_not_that_they_keep_their_distance() -> None:
+    d, zero = np.array([0.1, 0.2]), np.zeros(2)
+    forces = {"F_L": np.array([5.0, 6.0]), "F_T": np.array([7.0, 6.5])}
+    table = curve_table(d, zero, zero, **forces, F_error_L=zero + 0.1, F_error_T=zero + 0.2)
+    assert answer_of_curve(curve_of(table)) == [
+        "F_L from 5.00 +- 0.10 at d = 0.1 to 6.00 +- 0.10 at d = 0.2.",
+        "F_T from 6.5 +- 0.2 at d = 0.2 to 7.0 +- 0.2 at d = 0.1.",
+    ]
+    one = {name: values[:1] for name, values in table.items()}
+    assert answer_of_curve(curve_of(one)) == ["F_L = 5.00 +- 0.10 at d = 0.1.", "F_T = 7.0 +- 0.2 at d = 0.1."]
 
 
 @pytest.mark.parametrize(("count", "next_command"), [(3, "travel(start, stop)"), (2, "plot(folder)")])

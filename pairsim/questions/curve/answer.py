@@ -44,6 +44,8 @@ def answer_of_curve(curve: Curve, difference: str = "") -> list[str]:
     """The answer of a master curve with at least one point; `difference` is by how much the beads of a pair differ."""
     if not curve.gaps:
         return _of_one_particle(curve)
+    if curve.table.suffixes(F):
+        return [*_forces(curve), *ranges_of_shapes(curve.table)]
     lines = []
     if curve.table.has(DU):
         lines += _of_pair(curve, difference)
@@ -63,6 +65,19 @@ def _of_one_particle(curve: Curve) -> list[str]:
             value = in_unit(scales, column.unit, table.of(column, suffix)[0], error)
             found.append(f"{column.name}{suffix} = {value}")
     return [f"{', '.join(found)}.", *shapes_in(table, 0, "")]
+
+
+def _forces(curve: Curve) -> list[str]:
+    """The least and the largest force on each of several particles that are moved; their dU is given."""
+    table, scales, lines = curve.table, curve.scales, list[str]()
+    for suffix in table.suffixes(F):
+        forces, errors = table.of(F, suffix), table.of(F_ERROR, suffix)
+        found = []
+        for i in sorted({int(forces.argmin()), int(forces.argmax())}, key=lambda i: float(forces[i])):
+            d = ", ".join(in_unit(scales, LENGTH, table.of(DISTANCE, gap)[i]) for gap in curve.gaps)
+            found.append(f"{in_unit(scales, F.unit, forces[i], errors[i])} at d = {d}")
+        lines.append(f"{F.name}{suffix} {'from ' if len(found) > 1 else '= '}{' to '.join(found)}.")
+    return lines
 
 
 def _of_pair(curve: Curve, difference: str) -> list[str]:
