@@ -17,10 +17,8 @@ from pairsim.runtime.arrays import Array
 FLOW, OSCILLATION = ("viscosity", "N1"), ("storage", "loss")
 """The quantities of steady shear and of small oscillations, which are computed together."""
 LEAST_SCATTER = 0.005  # of the logarithms: what no rheometer does better than; chosen
-FLAT, SLOWEST = (
-    0.05,
-    4,
-)  # slope in logarithms below which a viscosity is that at rest, and points it is taken of; chosen
+FLAT = 0.05  # slope in logarithms below which a viscosity is that at rest; chosen
+SLOWEST = 4  # points at the slowest rates of which it is taken; chosen
 SPARSE, OF_SPARSE = 12, 0.05  # points of a curve below which its scatter is at most this, and curvature above; chosen
 
 
