@@ -52,6 +52,13 @@ def test_tables_of_trackers_are_read_as_they_are(table: Any, tmp_path: Path) -> 
     assert "500 frames per second" in film.notes[0]
 
 
+@pytest.mark.parametrize("name", ["d", "D", "diameter"])
+def test_diameters_of_particles_are_no_distances(name: str, tmp_path: Path) -> None:
+    table = positions().assign(**{name: 30.8}).drop(columns="particle")
+    film = read(tmp_path, table.to_csv(index=False), **OPTIONS)
+    np.testing.assert_allclose(1e6 * film.metres, PIXEL * CENTRES)
+
+
 def test_half_widths_of_a_pixel_are_kept(tmp_path: Path) -> None:
     text = trackpy(positions())
     for pixel in (".65 +- .01 um", "0.65um +- 10 nm", "0.65 +- 0.01 um/px", "0.65 +- .01 um per pixel"):

@@ -15,7 +15,7 @@ import pandas as pd
 
 from pairsim.cases.quantity_text import measured, si
 from pairsim.lab.films.film_table import Column, FilmTable, read_film_table
-from pairsim.lab.films.headings import CENTRES, FRAME, LENGTHS, SURFACES, TIME
+from pairsim.lab.films.headings import CENTRES, FRAME, LENGTHS, PARTICLE, SURFACES, TIME
 from pairsim.lab.films.tracker_tables import Distances, deviations, distances_of, named, usual_limits
 from pairsim.quantities.measurable import a_length
 from pairsim.runtime.arrays import Array, Flags, Indices
@@ -180,6 +180,11 @@ def _distances(table: FilmTable, particles: str | Sequence[object] | None) -> Di
         raise table.error(Argument("particles"), str(particles), "must be left out: the film has distances")
     column = table.columns.get(SURFACES) or table.columns[CENTRES]
     known = table.clock.numbers.notna() & column.numbers.notna()
+    if PARTICLE in table.columns:
+        names = table.columns[PARTICLE].cells[known]
+        if (several := names.groupby(table.clock.numbers[known]).transform("nunique") > 1).any():
+            allowed = f"must be of pairs, and is of {named(names[several].unique())} at one time, as diameters are"
+            raise table.error(column.heading, None, allowed, int(names[several].index[0]))
     gaps = column.numbers[~known].index
     left_out = [f"left out: {counted(len(gaps), 'row')} without a number, of {len(known)}: line {named(gaps)}"]
     return Distances(column.numbers[known], [column.heading, *(left_out if len(gaps) else [])])

@@ -24,7 +24,8 @@ from pairsim.lab.rheometer.number_formats import HUGE, NUMBER, marks_of
 from pairsim.runtime.errors import InputError
 
 SEVERAL = r"(?P<axis>[xy]) ?(?P<name>\d+|[a-z]|lead\w*|trail\w*|left|right|front|rear)|(?P<first>.*\d) ?(?P<last>[xy])"
-UNCLEAR = r"dist(ance)?s?|separation|spacing|abstand"
+CAPITAL_D = "capital d"
+UNCLEAR = rf"dist(ance)?s?|separation|spacing|abstand|{CAPITAL_D}"
 GAPS = {"", "nan", "na", "n/a", "#n/a", "none", "null", "-", "--", "#div/0!", "#value!", "#num!"}
 PIXELS, FRAMES = r"px|pix|pixels?", r"fr|frames?|slices?"
 EXAMPLE = "such as t [s], d [um], or frame, particle, x, y"
@@ -217,7 +218,8 @@ def _parts(heading: str) -> tuple[str, str]:
 
 
 def _name(heading: str) -> str:
-    return re.sub(r"[\s_.:-]+", " ", _parts(heading)[0]).strip().lower()
+    name = re.sub(r"[\s_.:-]+", " ", _parts(heading)[0]).strip()
+    return CAPITAL_D if name == "D" else name.lower()  # D is mostly a diameter, d a distance
 
 
 def _places(heading: Sequence[str]) -> tuple[dict[Heading, list[int]], dict[str, dict[Heading, int]]]:
@@ -237,10 +239,11 @@ def _places(heading: Sequence[str]) -> tuple[dict[Heading, list[int]], dict[str,
             axis, particle = match["axis"] or match["last"], match["name"] or match["first"].strip()
             particles.setdefault(particle, {}).setdefault(X if axis == X.name else Y, i)
     particles = {name: each for name, each in particles.items() if X in each}
-    if {X, PARTICLE} <= places.keys() or (len(particles) < 2 and not places.keys() & {SURFACES, CENTRES}):
+    of_one = {X, PARTICLE} <= places.keys() or {X, Y} <= places.keys()  # a row is of one particle: d is its diameter
+    if of_one or (len(particles) < 2 and not places.keys() & {SURFACES, CENTRES}):
         wanted, particles = {PARTICLE, X, Y}, {}
     elif SURFACES in places or CENTRES in places:
-        wanted, particles = {SURFACES if SURFACES in places else CENTRES}, {}
+        wanted, particles = {SURFACES if SURFACES in places else CENTRES, PARTICLE}, {}
     else:
         wanted = {X, Y} if X in places else set()
         particles = {} if X in places else particles
