@@ -85,7 +85,9 @@ def in_cache(name: str, build: Callable[[Path], None]) -> Path:
     if shutil.which(compiler()) is None:
         advice = "apt install gcc libc6-dev, or the environment variable CC (docs/how-to/install.md)"
         raise EnvironmentFailure(f"there is no C compiler ({compiler()}), which compiles the forms", advice=advice)
-    LOG.info("compiling what this kind of scene needs, once: some ten seconds")
+    LOG.info(
+        "compiling what this kind of scene needs, once: some twenty seconds, and as many more for each further mode"
+    )
     try:
         cache().mkdir(parents=True, exist_ok=True)
         with FileLock(cache() / LOCK):
