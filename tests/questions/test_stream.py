@@ -173,6 +173,8 @@ def test_the_answer_says_what_drops_get_and_pictures_show_it(tmp_path: Path, mon
     found = pairsim.stream(RIGID | {"stream": FEW}, folder=tmp_path / "out").check()
     assert "of the drops have one bead" in found.answer
     assert "Poisson" in found.answer
+    assert "D_c apart on average" in found.answer
+    assert f"the liquid of {FEW['drop']:g} D_c of tube" in found.answer
     assert len(found.frame("kymograph")) == len(found.frame())
     assert found.frame("distances").groupby("position")["part"].sum().to_numpy() == pytest.approx(1.0)
     with drawn_figures(monkeypatch) as drawn:

@@ -22,7 +22,7 @@ def sentences(case: StreamCase, found: Found) -> list[str]:
     differ = {"diameter": case.spread.diameter, "modulus": case.spread.modulus}
     parts = ", ".join(f"{name} {100 * part:.3g} %" for name, part in differ.items() if part)
     lines = [
-        f"Beads arrive {how}, their centres {in_unit(scales, LENGTH, spacing)} apart on average, and move at U = "
+        f"Beads arrive {how}, their centres {with_name(scales, LENGTH, spacing)} apart on average, and move at U = "
         f"{in_unit(scales, VELOCITY, velocity)}; {f'standard deviations: {parts}' if parts else 'all are equal'}."
     ]
     tube = with_name(scales, POSITION, case.stream.tube)
@@ -30,12 +30,13 @@ def sentences(case: StreamCase, found: Found) -> list[str]:
     half = np.hypot(found.half_widths[-1], by_model)
     per_drop = found.per_drop(case)
     if case.stream.drop is not None and per_drop is not None:
+        drop = with_name(scales, LENGTH, case.stream.drop)
         of = [_percent(outlet[2 + i], half[2 + i]) for i in range(KINDS)]
         on_arrival, independent = _list(inlet[2:]), _list(poisson(per_drop))
         lines.append(
             f"After {tube} of tube {of[1]} of the drops have one bead, {of[2]} two, {of[3]} more and {of[0]} none. On "
             f"arrival they would have one in {on_arrival}, by Poisson in {independent}. A drop takes the liquid of "
-            f"{in_unit(scales, LENGTH, case.stream.drop)} of tube{_volume(case)}, with {per_drop:.3g} beads on average."
+            f"{drop} of tube{_volume(case)}, with {per_drop:.3g} beads on average."
         )
     lines.append(
         f"After {tube} of tube {_percent(outlet[1], half[1])} of the beads touch another one (on arrival "
