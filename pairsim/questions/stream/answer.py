@@ -30,12 +30,13 @@ def sentences(case: StreamCase, found: Found) -> list[str]:
     half = np.hypot(found.half_widths[-1], by_model)
     per_drop = found.per_drop(case)
     if case.stream.drop is not None and per_drop is not None:
+        drop = with_name(scales, LENGTH, case.stream.drop)
         of = [_percent(outlet[2 + i], half[2 + i]) for i in range(KINDS)]
         on_arrival, independent = _list(inlet[2:]), _list(poisson(per_drop))
         lines.append(
             f"After {tube} of tube {of[1]} of the drops have one bead, {of[2]} two, {of[3]} more and {of[0]} none. On "
             f"arrival they would have one in {on_arrival}, by Poisson in {independent}. A drop takes the liquid of "
-            f"{with_name(scales, LENGTH, case.stream.drop)} of tube{_volume(case)}, with {per_drop:.3g} beads on average."
+            f"{drop} of tube{_volume(case)}, with {per_drop:.3g} beads on average."
         )
     lines.append(
         f"After {tube} of tube {_percent(outlet[1], half[1])} of the beads touch another one (on arrival "
