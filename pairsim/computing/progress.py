@@ -48,11 +48,12 @@ class Reporter:
         self.part = part
         self.say(f"  {part:4.0%}  {text}  ({duration(now - self.begin)}{left})")
 
-    def on_the_way(self, place: str) -> None:
-        """Show where a computation is while it has no new step or point."""
+    def on_the_way(self, place: str, *, known: bool = False) -> None:
+        """Show where a computation is while it has no new step or point; `known`: it has one that it makes better."""
         if (now := time.monotonic()) - self.line >= LINE_EVERY:
             self.line = now
-            first = "no result yet, solving easier cases first" if not self.part else f"  {self.part:4.0%}  at work on"
+            begun = bool(self.part) or known
+            first = f"  {self.part:4.0%}  at work on" if begun else "no result yet, solving easier cases first"
             self.say(f"{first}: {place}")
 
     def case(self, count: int, text: str) -> None:

@@ -152,7 +152,8 @@ class _Session:
         if not most and self.monitor.awaits_result:
             most, clock = self._options.patience, " of processor time"
         limit = f", ends after {duration(most)}{clock}" if most and passed > SOON * most else ""
-        self.reporter.on_the_way(f"{self._in_units(place)} ({duration(passed)}{limit})")
+        text = f"{self._in_units(place)} ({duration(passed)}{limit})"
+        self.reporter.on_the_way(text, known=self.monitor.knows_result)
 
     def _in_units(self, text: Text) -> str:
         return in_units(text, self.case.scales)

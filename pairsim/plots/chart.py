@@ -26,7 +26,7 @@ from pairsim.plots.labels import symbol
 from pairsim.plots.parameters import NO_PARAMETERS, Parameters
 from pairsim.plots.style import SMALL, WIDE, Look, Page
 from pairsim.record.column import Column
-from pairsim.record.columns import TAYLOR
+from pairsim.record.columns import TAYLOR, F
 from pairsim.runtime.arrays import Array
 
 BAND, TOGETHER = 0.22, 6  # opacity of a band; so many bands over each other are still told apart
@@ -51,6 +51,7 @@ MARKS: dict[str, Look] = {
 """How points look that mark something, by their entries in the legend."""
 ZERO_MARKS = UNSTABLE, STABLE
 ERROR_OF_DU = r"error of $\Delta U$"
+ERROR_OF_F = "error of $F$"
 
 
 @dataclass(frozen=True)
@@ -227,8 +228,8 @@ def fill(axis: Axes, x: Array, y: Array, error: Array, colour: Any, band: float 
 def notes(series: Sequence[Line], words: str = ERROR_OF_DU) -> list[Any]:
     """Entries of the legend for bands and marks."""
     banded = [each for each in series if each.error is not None and not each.mark]
-    shapes = any(isinstance(each.panel, tuple) and each.panel[1] is TAYLOR for each in banded)
-    label = words + (" and $D$" if shapes else "")
+    quantities = [each.panel[1] for each in banded if isinstance(each.panel, tuple)]
+    label = ERROR_OF_F if F in quantities else words + (" and $D$" if TAYLOR in quantities else "")
     bands = [Patch(color="0.35", alpha=BAND, linewidth=0, label=label)] if banded else []
     if any(each.inputs is not None for each in series):
         bands.append(Patch(color="0.35", alpha=LIGHTER * BAND, linewidth=0, label="half-width by the inputs"))

@@ -17,7 +17,7 @@ from pairsim.plots.parameters import NO_PARAMETERS, Parameters
 from pairsim.plots.style import COLOURS, LINES, MARKERS, ORDERED, Look
 from pairsim.plots.units import Units
 from pairsim.record.column import Column
-from pairsim.record.columns import DISTANCE, DP, DU, DU_HALF, DU_QUARTER, SLOPE, TAYLOR, Q, T, U, Z
+from pairsim.record.columns import DISTANCE, DP, DU, DU_HALF, DU_QUARTER, SLOPE, TAYLOR, F, Q, T, U, Z
 from pairsim.runtime.arrays import Array
 
 FINE = 400  # points of a smooth line
@@ -82,12 +82,14 @@ def run_lines(
 def curve_lines(curve: Curve, parameters: Parameters, *, failed: bool = False) -> list[Line]:
     """dU of a curve over d with its points and its zeros, and D; nothing over distances that differ from gap to gap.
 
-    Nor is there anything before the first point. A single curve has the half-widths by its inputs, too; for the rest
-    see `lines_of`.
+    Nor is there anything before the first point. Of particles that are moved there are the forces alone. A single curve
+    has the half-widths by its inputs, too; for the rest see `lines_of`.
     """
     gaps, table = curve.gaps, curve.table
     if not table.rows or not gaps or (table.known(SLOPE, gaps[0]) is None and table.known(DU_HALF, gaps[0]) is None):
         return []
+    if table.suffixes(F):
+        return _smooth(curve, F, table.varied(gaps[0]), parameters)
     found = []
     for gap, own in _of_each(gaps, parameters):
         over = table.varied(gap)
@@ -110,19 +112,21 @@ def curve_lines(curve: Curve, parameters: Parameters, *, failed: bool = False) -
             found.append(point(panel, zero.d, 0.0, mark, x_error=zero.error, columns=columns, parameters=own))
         if failed:
             found.append(point(panel, points[-1], values[-1], FAILED, columns=columns, parameters=own))
-    return [*found, *_shapes(curve, table.varied(gaps[0]), parameters)]
+    return [*found, *_smooth(curve, TAYLOR, table.varied(gaps[0]), parameters)]
 
 
-def _shapes(curve: Curve, over: Column, parameters: Parameters) -> list[Line]:
-    """D of the particles over the distance of a curve."""
+def _smooth(curve: Curve, column: Column, over: Column, parameters: Parameters) -> list[Line]:
+    """A quantity of the particles over the distance of a curve: D, or forces with their half-widths."""
     points, found = curve.table[over], []
     fine = fine_distances(points)
-    for suffix in curve.table.suffixes(TAYLOR):
-        shapes = curve.table.of(TAYLOR, suffix)
+    for suffix in curve.table.suffixes(column):
+        values, error = curve.table.of(column, suffix), curve.table.half_widths(column, suffix)
         if len(points) > 1:  # smooth lines over log d, which do not overshoot
-            shapes = scipy.interpolate.PchipInterpolator(np.log(points), shapes)(np.log(fine))
-        marked, columns = np.searchsorted(fine, points).tolist(), (over, TAYLOR.with_suffix(suffix))
-        found.append(Line((DISTANCE, TAYLOR), fine, shapes, columns=columns, parameters=parameters, marked=marked))
+            values = scipy.interpolate.PchipInterpolator(np.log(points), values)(np.log(fine))
+            error = None if error is None else np.interp(np.log(fine), np.log(points), error)
+        marked, columns = np.searchsorted(fine, points).tolist(), (over, column.with_suffix(suffix))
+        panel = DISTANCE, column
+        found.append(Line(panel, fine, values, error, columns=columns, parameters=parameters, marked=marked))
     return found
 
 

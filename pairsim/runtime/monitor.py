@@ -42,6 +42,7 @@ class Monitor:
         self._limits = [_Limit.of(time.monotonic, budget, "the budget of {} is spent")] if budget is not None else []
         found_nothing = "nothing was found within {} of processor time"
         self._patience = [_Limit.of(time.process_time, patience, found_nothing)] if patience is not None else []
+        self._result = _Result()
 
     def within(self, seconds: float, message: str) -> Monitor:
         """The monitor of a part of the computation, which has a limit of its own, too.
@@ -53,7 +54,7 @@ class Monitor:
         part = Monitor(self._signals, listener=self._listener, before=self._before)
         part._begun = self._begun
         part._limits = [*self._limits, _Limit.of(time.monotonic, seconds, message)]
-        part._patience = self._patience
+        part._patience, part._result = self._patience, self._result
         return part
 
     @property
@@ -104,6 +105,19 @@ class Monitor:
         """Tell that there is a result: the limit up to the first one ends, and messages do not name the way to it."""
         self._place = ""
         self._patience.clear()
+        self._result.known = True
+
+    @property
+    def knows_result(self) -> bool:
+        """Whether there is a result, which need not be the last one: finer cells may make it better."""
+        return self._result.known
+
+
+@dataclass
+class _Result:
+    """Whether a computation and its parts have a result."""
+
+    known: bool = False
 
 
 @dataclass(frozen=True)

@@ -34,7 +34,7 @@ def test_a_curve_keeps_the_points_it_has_when_its_budget_is_spent() -> None:
 
 def test_what_is_passed_on_the_way_to_the_first_point_is_kept(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     places: list[str] = []
-    monkeypatch.setattr(Reporter, "on_the_way", lambda _, place: places.append(place))
+    monkeypatch.setattr(Reporter, "on_the_way", lambda _, place, **__: places.append(place))
     case = PAIR | {"De": 1, "Ca_e": 0.2, "d": [0.1], "mesh": {"Np": 16, "max_size": 0.07}}
     result = api.curve(case, budget="2 s", folder=tmp_path / "out")
     assert result.reason == "budget"
@@ -54,7 +54,9 @@ def test_a_limit_says_where_the_computation_is_until_it_has_a_result() -> None:
     ):
         spend(part)
     monitor.at("De = 1")
+    assert not part.knows_result
     monitor.has_result()
+    assert part.knows_result
     with pytest.raises(BudgetSpent, match="it was not found within 9 s"):
         spend(part)
     spend(monitor)

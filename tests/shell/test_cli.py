@@ -95,6 +95,8 @@ def test_time_left_is_that_at_the_latest_pace(
     reporter.start("beads", "to t = 2", 2.0)
     now = 1060.0
     reporter.on_the_way("De = 0.5")
+    now = 1070.0  # solved, and solved again on smaller cells
+    reporter.on_the_way("De = 0.6", known=True)
     for seconds, t in ((90.0, 0.2), (92.0, 0.25), (100.0, 0.4)):
         now = 1000.0 + seconds
         reporter.update(t, f"t = {t:g}", 2)
@@ -105,6 +107,7 @@ def test_time_left_is_that_at_the_latest_pace(
     assert capsys.readouterr().err.splitlines() == [
         "beads: to t = 2",
         "no result yet, solving easier cases first: De = 0.5",
+        "    0%  at work on: De = 0.6",
         "   10%  t = 0.2  (1 min 30 s, 13 min 30 s left)",
         "   20%  t = 0.4  (1 min 40 s, 1 min 20 s left)",
         "   20%  at work on: De = 1",

@@ -27,7 +27,7 @@ from pairsim.plots.parameters import Parameters
 from pairsim.plots.sections import _streamlines, views_of
 from pairsim.plots.style import GREY, MM, Page
 from pairsim.plots.units import Units
-from pairsim.record.columns import DU, T
+from pairsim.record.columns import DISTANCE, DU, F, T
 from pairsim.record.folder import FIELD_NAMES
 from pairsim.record.xdmf import FieldFrame
 from pairsim.runtime.errors import InputError
@@ -118,6 +118,18 @@ def test_curve_is_drawn_as_its_interpolant_with_its_error() -> None:
     (line,) = curve_lines(curve_of(table), Parameters())
     assert line.y == pytest.approx(np.log(line.x) ** 3, rel=1e-12), "a cubic in log d is met exactly"
     assert line.error == pytest.approx(np.ones(len(line.x)), rel=1e-12)
+
+
+def test_of_moved_particles_the_forces_are_drawn_with_their_errors() -> None:
+    d = np.array([0.1, 0.2, 0.4])
+    forces = {"F_L": 5 + d, "F_T": 6 - d, "F_error_L": d / 10, "F_error_T": d / 20}
+    lines = curve_lines(curve_of(curve_table(d, 0 * d, 0 * d, **forces)), Parameters())
+    assert [line.panel for line in lines] == [(DISTANCE, F)] * 2
+    for line, name in zip(lines, "LT", strict=True):
+        assert line.error is not None
+        assert line.y[list(line.marked)] == pytest.approx(forces[f"F_{name}"])
+        assert line.error[list(line.marked)] == pytest.approx(forces[f"F_error_{name}"])
+    assert [each.get_label() for each in notes(lines)] == ["error of $F$"]
 
 
 def test_run_is_drawn_with_the_band_of_its_error() -> None:
