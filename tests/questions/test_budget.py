@@ -32,6 +32,17 @@ def test_a_curve_keeps_the_points_it_has_when_its_budget_is_spent() -> None:
     assert "the budget of 20 s is spent, while solving at Ca_e = 0.1, d = 0." in result.message
 
 
+def test_a_point_is_kept_when_the_budget_is_spent_on_finer_cells_for_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    def spent(*_: object) -> None:
+        raise BudgetSpent("the budget of 60 s is spent")
+
+    monkeypatch.setattr("pairsim.solvers.curves.adaptation.carried_over", spent)
+    finer = {key: value for key, value in PAIR.items() if key != "mesh"} | {"d": [0.1], "accuracy": "0.02%"}
+    result = api.curve(finer, budget="1000 s")
+    assert (result.status, len(result.table)) == ("finished", 1)
+    assert any("accuracy: 0.02% was not kept" in warning for warning in result.warnings)
+
+
 def test_what_is_passed_on_the_way_to_the_first_point_is_kept(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     places: list[str] = []
     monkeypatch.setattr(Reporter, "on_the_way", lambda _, place, **__: places.append(place))

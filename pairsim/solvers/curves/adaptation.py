@@ -20,7 +20,7 @@ import numpy as np
 from pairsim.fem.diagnostics import liquid_distortion
 from pairsim.fem.meshes.size_field import MOST_FACTOR, AdaptedSizes, CellIndicators, SizeField
 from pairsim.runtime.arrays import Array
-from pairsim.runtime.errors import MeshFailure, NoSteadyState
+from pairsim.runtime.errors import BudgetSpent, MeshFailure, NoSteadyState
 from pairsim.solvers.curves.branch import BESIDE, Branch
 from pairsim.solvers.curves.interpolant import NEGLIGIBLE_DU
 from pairsim.solvers.curves.point import Point
@@ -184,7 +184,10 @@ class AdaptiveBranch(Branch):
             coarser, fields, allowed = self.problem, dict(self._fields), {g: self.allowed(g, point) for g in goals}
             error = _worst(point, allowed)
             may_leave = max(MISSED, HELPS_FAR * error) if self._far(point, goals) else HELPS * error
-            if not self._refine(point, goals):
+            try:
+                if not self._refine(point, goals):
+                    break
+            except BudgetSpent:  # what is known so far is what a budget promises
                 break
             point = self._again(solve, point, coarser)
             finer_error = _worst(point, allowed)

@@ -83,14 +83,15 @@ def carried_over(problem: SteadyProblem, parameters: Parameters, known: SteadySo
 
     If it does not, no continuation is tried: that may take longer than what the solution is wanted for.
     """
-    solver: SteadySolver | None = None
-    with suppress(NoSteadyState, MeshFailure):
-        solver = SteadySolver(problem, parameters)
-        if try_from_other_mesh(solver, parameters, known):
-            return solver
-    if solver is not None:
-        solver.close()
-    return None
+    found, solver = False, None
+    try:
+        with suppress(NoSteadyState, MeshFailure):
+            solver = SteadySolver(problem, parameters)
+            found = try_from_other_mesh(solver, parameters, known)
+    finally:  # also of a budget that is spent
+        if solver is not None and not found:
+            solver.close()
+    return solver if found else None
 
 
 def found_anew(problem: SteadyProblem, parameters: Parameters) -> SteadySolver | None:
