@@ -59,7 +59,7 @@ class Body:
         return self.quadrature.mean(self.displacement(displacements)[:, 0], self.positions(h))
 
     def mean_weights(self, h: Array) -> Array:
-        """The weights of the entries of a vector in the numbering of h in `mean`, shape (n_h,)."""
+        """The weights with which `mean` sums the entries of a vector in the numbering of h, shape (n_h,)."""
         weights = np.zeros(len(h))
         if self.phase is None:
             weights[self.start] = 1.0

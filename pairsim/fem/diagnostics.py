@@ -32,7 +32,7 @@ class Observation:
         F: Forces on the particles that move them at a prescribed velocity [eta_0 U_av D_c], shape (N,), or (0,).
         m: Lagrange multiplier of the zero mean pressure, a uniform source in the continuity equation.
         volume_error: Largest relative change of the volume of a particle.
-        conformation: Indicators of the conformation field, None for a Newtonian liquid.
+        conformation: Indicators of the conformation field, None for a liquid without polymer modes.
     """
 
     d: Array
@@ -57,7 +57,7 @@ class Observation:
 
     @property
     def s_jump(self) -> float:
-        """Largest change of s = log c within a cell; 0 in a Newtonian liquid."""
+        """Largest change of a component of s = log c within a cell; 0 in a liquid without polymer modes."""
         return 0.0 if self.conformation is None else self.conformation.s_jump
 
 
@@ -93,12 +93,13 @@ def taylor_parameter(outline: Array) -> float:
     return (length - width) / (length + width)
 
 
-# Along an arc, where contours are measured as polygons: with 28 arcs they add 1e-7 to a deformation.
+# Local coordinates on an arc of the corners of the polygon by which a contour is measured: with 28 arcs the polygon
+# adds 1e-7 to a deformation.
 POINTS = np.linspace(-1, 1, 65)
 
 
 class Contour(NamedTuple):
-    """What a microscope sees of a particle: its section, the convex hull of that, and the volume by rotation [D_c]."""
+    """What a microscope sees of a particle: its section, its convex hull, and its volume of revolution; unit D_c."""
 
     area: float
     deformation: float  # 1 - 2 sqrt(pi area)/perimeter
@@ -133,7 +134,7 @@ def polygon(outline: Array, points: Array = POINTS) -> Array:
 
 def hull(polygon: Array) -> Indices:
     """The points of a polygon, shape (m, 2), that are vertices of its convex hull, in order."""
-    from scipy.spatial import ConvexHull  # of which runs have no use
+    from scipy.spatial import ConvexHull  # imported here as runs do not need it
 
     return np.asarray(ConvexHull(polygon).vertices)
 

@@ -1,8 +1,8 @@
 """Assembly of the matrix T A P of the free unknowns, straight from the cells.
 
-The cells' matrices come from the kernels that FFCx compiled, and a compiled loop (`cell_loop.c`) adds them with the
-factors of the constraints to places that are found once. A itself is never stored. See "Nonlinear and linear solvers"
-in docs/explanation/numerics.md.
+FFCx's kernels compute the element matrices, and a compiled loop (`cell_loop.c`) multiplies them by the factors of the
+constraints and adds them to entries of T A P whose positions are determined once. A itself is never stored. See
+"Nonlinear and linear solvers" in docs/explanation/numerics.md.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from pairsim.runtime.arrays import Array, Indices
 
 @dataclass(frozen=True)
 class _Dependence:
-    """Free unknowns on which each unknown depends, or equations to which it contributes, in compressed form.
+    """For each unknown of a phase, the free unknowns on which it depends or the equations to which it contributes.
 
     Attributes:
-        pointer: Start of the numbers of each unknown of a phase, shape (phase.size + 1,).
-        number: Numbers of columns or rows of T A P.
-        begin: Position of the first of them among those of all phases.
+        pointer: Index in `number` at which the entries of each unknown begin, as in CSR, shape (phase.size + 1,).
+        number: Columns (free unknowns) or rows (equations) of T A P.
+        begin: Position of the first entry of `number` among the entries of all phases.
     """
 
     pointer: Indices
@@ -40,14 +40,14 @@ class _Dependence:
 
     @staticmethod
     def of(matrix: sparse.csr_matrix, begin: int, end: int) -> _Dependence:
-        """Rows begin to end of a matrix whose rows are the unknowns of all phases."""
+        """Make it from rows `begin` to `end` (exclusive) of a matrix whose rows are the unknowns of all phases."""
         pointer = matrix.indptr[begin : end + 1]
         number = matrix.indices[pointer[0] : pointer[-1]]
         return _Dependence((pointer - pointer[0]).astype(np.int32), number.astype(np.int32), int(pointer[0]))
 
 
 class _Contribution:
-    """Cells of one phase, and where they contribute.
+    """The cells of one phase, and the entries of T A P to which they contribute.
 
     Args:
         n: Number of rows and columns of T A P.
@@ -56,7 +56,7 @@ class _Contribution:
         columns: Free unknowns on which the unknowns depend.
 
     Attributes:
-        positions: Position in the data of T A P of each contribution, after `locate`.
+        positions: Position of each contribution in the data of T A P; set by `locate`.
     """
 
     positions: np.ndarray
@@ -81,7 +81,7 @@ class _Contribution:
         self._touching = n, np.int32(size), cells.dofs, touching_pointer, of_unknown[order]
 
     def pattern(self) -> sparse.csr_matrix:
-        """Ones at the entries of T A P, shape (n, n), to which the cells contribute."""
+        """Sparsity pattern of the cells' contributions to T A P, as a matrix of ones, shape (n, n)."""
         cells, columns, n = self.cells, self.columns, self._n
         known = (*self._touching, cells.coupled_pointer, cells.coupled, columns.pointer, columns.number)
         indptr, indices = np.empty(n + 1, dtype=np.int64), np.empty(self._count, dtype=np.int32)
@@ -89,7 +89,7 @@ class _Contribution:
         return sparse.csr_matrix((np.ones(found), indices[:found], indptr), shape=(n, n))
 
     def locate(self, indptr: np.ndarray, indices: np.ndarray) -> None:
-        """Find the positions in a matrix in compressed rows."""
+        """Set `positions` for a CSR matrix with these `indptr` and `indices`; can be called once only."""
         cells, columns = self.cells, self.columns
         known = (*self._touching, self._begin, cells.coupled_pointer, cells.coupled, columns.pointer, columns.number)
         self.positions = np.empty(self._count, dtype=np.int32)
@@ -98,12 +98,12 @@ class _Contribution:
 
 
 class CondensedMatrix:
-    """T A P, in compressed rows with ascending columns.
+    """T A P in CSR format, with ascending columns in each row.
 
     Args:
         scene: The scene.
         constraints: Its constraints.
-        order: Free unknown and equation of each row and column, a permutation; shape (n_y,).
+        order: Number of the free unknown of each column, and of the equation of each row: a permutation, shape (n_y,).
 
     Attributes:
         indptr: Start of each row, shape (n_y + 1,).
@@ -127,7 +127,8 @@ class CondensedMatrix:
             for phase, a, b in zip(scene.phases, scene.offsets[:-1], scene.offsets[1:], strict=True)
         ]
         pattern = _ones(linear)
-        # The particles come first, and columns are sorted: sums of large patterns take long, of unsorted ones longer.
+        # Small patterns, those of the particles, come first, and columns are sorted: adding large patterns is slow, and
+        # slower still if they are unsorted.
         for part in reversed(self._contributions):
             more = part.pattern()
             more.sort_indices()
@@ -139,10 +140,10 @@ class CondensedMatrix:
             part.locate(self.indptr, self.indices)
 
     def assemble(self, g: float) -> None:
-        """Assemble at the present state of the phases.
+        """Assemble at the current state of the phases.
 
         Args:
-            g: gamma dt of the time scheme.
+            g: gamma dt of the time scheme, 1 in a quasi-steady scene.
         """
         row_factor = self._equations.data.copy()
         row_factor[self._integrated] /= g
@@ -174,7 +175,7 @@ def _ones(matrix: sparse.csr_matrix) -> sparse.csr_matrix:
 
 
 def _places(pattern: sparse.csr_matrix, matrix: sparse.csr_matrix) -> Indices:
-    """Positions in the data of a pattern of the entries of a matrix, all of which are in the pattern."""
+    """Position of each entry of a matrix in the data of a pattern, which must contain all of them."""
     numbers = sparse.csr_matrix((np.arange(len(pattern.indices)), pattern.indices, pattern.indptr), shape=pattern.shape)
     entries = matrix.tocoo()
     if not entries.nnz:  # SciPy returns a matrix for empty indices

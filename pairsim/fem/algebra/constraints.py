@@ -25,7 +25,8 @@ class PositionUpdate:
     """How the positions of the particles' material follow from the free unknowns, h = h* + g (M y - U_m a).
 
     Attributes:
-        h_star: The part h* that is fixed: by the past in a time step, by the distances in a quasi-steady scene, (n_h,).
+        h_star: The fixed part h*, shape (n_h,): it follows from earlier steps in a time step, and from the distances
+            in a quasi-steady scene.
         g: gamma dt of a time step, 1 in a quasi-steady scene.
         U_m: Velocity of the frame; 0 in a quasi-steady scene.
     """
@@ -43,11 +44,11 @@ class Constraints:
         base: Constant part of x, shape (n,).
         N: Direct dependence of x on y, shape (n, n_y).
         C: Dependence of x on the material positions h, shape (n, n_h).
-        M: Derivative of h by y over g, shape (n_h, n_y). In time steps M y is the velocity of the material positions in
-            the laboratory frame, in quasi-steady scenes, where g = 1, their displacement.
+        M: Derivative dh/dy divided by g, shape (n_h, n_y). M y is the velocity of the material positions in the
+            laboratory frame in time steps, and their displacement in quasi-steady scenes, where g = 1.
         a: Unit axial translation of h, shape (n_h,).
-        V: Velocity of the particles' material as a function of y, shape (n_h, n_y). In time steps it is equal to M; in
-            quasi-steady scenes the material of a particle moves with the velocity of the particle.
+        V: Velocity of the particles' material, V y, as a function of y, shape (n_h, n_y). In time steps it equals M; in
+            quasi-steady scenes all material of a particle has the velocity of the particle.
         T: Restriction of the residual to the test functions that satisfy the constraints, shape (n_y, n).
         integrated: Whether an equation contains h but not its rate, as incompressibility of solids does; such equations
             are divided by g, to be of the same order as the others. Boolean, shape (n_y,).

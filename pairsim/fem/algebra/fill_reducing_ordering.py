@@ -15,8 +15,8 @@ from pairsim.runtime.arrays import Indices
 from pairsim.runtime.fenicsx import PETSc
 from pairsim.runtime.signals import sigterm_waits
 
-# Share of the nodes to which an unknown may be connected before it is eliminated last, as velocities of rigid particles
-# and multipliers are; chosen.
+# Fraction of the nodes: an unknown connected to more than this, such as a multiplier or the velocity of a rigid
+# particle, is eliminated last; chosen.
 DENSE = 0.05
 
 
@@ -26,7 +26,7 @@ def dependence_on_unknowns(constraints: Constraints) -> sparse.csr_matrix:
 
 
 def node_of_unknowns(scene: Scene, dependence: sparse.csr_matrix) -> Indices:
-    """Node, numbered over all phases, of every free unknown; -1 for those of no single node; shape (n_y,)."""
+    """Node of every free unknown, numbered over all phases; -1 if it does not belong to a node; shape (n_y,)."""
     node_of = np.full(scene.size, -1)
     first = 0
     for phase, offset in zip(scene.phases, scene.offsets, strict=False):

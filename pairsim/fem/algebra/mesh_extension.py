@@ -1,4 +1,4 @@
-"""Extension of the displacement of the particles into the mesh of the liquid, on its own."""
+"""Extension of the particles' displacement into the liquid's mesh, solved apart from the other equations."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from pairsim.fem.phases.compiled_phase import QUADRATURE_DEGREE
 from pairsim.fem.scene import Scene
 from pairsim.runtime.arrays import Array
 
-NEGLIGIBLE_DISPLACEMENT = 1e-13  # that positions have by rounding alone [D_c]
+NEGLIGIBLE_DISPLACEMENT = 1e-13  # as large as rounding errors of positions [D_c]
 
 
 class MeshExtension:
-    """The equations of `pairsim.physics.forms.mesh_motion` for given positions of the material.
+    """Solves the equations of `pairsim.physics.forms.mesh_motion` for given positions of the material.
 
     Args:
         scene: A scene whose mesh moves.
@@ -27,7 +27,11 @@ class MeshExtension:
         self._stiffness: sparse.csr_matrix | None = None
 
     def __call__(self, h: Array) -> tuple[Array, Array]:
-        """Free unknowns of the displacement for material positions h, and the full vector with zeros elsewhere."""
+        """Displacement of the mesh for material positions h, shape (n_h,).
+
+        Returns:
+            Its free unknowns, and the full vector with zeros in all other fields, shape (n,).
+        """
         constraints = self._constraints
         zero = np.zeros(constraints.size)
         at_interfaces = constraints.expand(zero, h)
@@ -44,7 +48,7 @@ def _stiffness(scene: Scene) -> sparse.csr_matrix:
     """The matrix of the extension in the numbering of the full vector, shape (n, n)."""
     mesh, liquid = scene.liquid.six_node_mesh, scene.liquid
     both = CellQuadrature(mesh, QUADRATURE_DEGREE).gradient_products
-    # 2 e : e' + div div' of the displacement a i and the test function b j.
+    # 2 e : e' + div div' of displacement component i at node a with test component j at node b.
     cells = both + both.transpose(0, 1, 4, 3, 2)
     cells += both.trace(axis1=2, axis2=4)[:, :, None, :, None] * np.eye(2)[:, None, :]
     index = np.stack([liquid.index("eta", mesh.cells, c) for c in range(2)], axis=2)

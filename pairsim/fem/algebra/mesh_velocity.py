@@ -1,4 +1,4 @@
-"""Velocity of the mesh in quasi-steady scenes, as a share of the velocity of each particle."""
+"""Velocity of the mesh in quasi-steady scenes, as a weighted mean of the particles' velocities."""
 
 from __future__ import annotations
 
@@ -7,18 +7,19 @@ import numpy as np
 from pairsim.fem.meshes.geometry import Reference
 from pairsim.runtime.arrays import Array
 
-# The part of a gap, about its middle, in which the velocity of the mesh changes from one particle's to the next one's.
+# Central fraction of a gap in which the velocity of the mesh changes from that of one particle to that of the next.
 TRANSITION = 0.5
 
 
 def shares(reference: Reference, z: Array, periodic: bool) -> Array:
-    """Share of each particle in the axial velocity w of the mesh: w(z) = sum_i shares_i(z) U_i, with sum 1.
+    """Weights of the particles in the axial velocity w of the mesh, w(z) = sum_i shares_i(z) U_i; they sum to 1.
 
-    The mesh moves with each particle as far as a quarter of the next gap and changes over to the next particle's
-    velocity within the half about the middle of the gap, with a continuous derivative. The liquid's memory of a
-    particle is carried along with that particle, so that moving adds little to dU; and w depends on positions alone,
-    not on cells, so that solutions on finer meshes converge. In a periodic tube the last particle is followed by the
-    first one of the next period; otherwise the mesh moves with the first and the last particle up to the ends.
+    The mesh moves with each particle up to a quarter of the way across the gap; in the central half of the gap w
+    changes to the velocity of the next particle, with a continuous derivative. The liquid's memory of a particle is
+    thus carried along with that particle, so that the motion of the particles changes dU little; and w depends on
+    positions alone, not on cells, so that solutions converge under mesh refinement. In a periodic tube the last
+    particle is followed by the first one of the next period; otherwise the mesh moves with the first and the last
+    particle up to the ends.
 
     Args:
         reference: Reference domain.
@@ -46,7 +47,7 @@ def shares(reference: Reference, z: Array, periodic: bool) -> Array:
 
 
 def _transition(z: Array, start: float, end: float) -> Array:
-    """From 0 to 1 within the part `TRANSITION` about the middle of an interval, shape of z."""
+    """Smooth step from 0 to 1 over the central fraction `TRANSITION` of an interval, with the shape of z."""
     t = np.clip(((z - start) / (end - start) - 0.5) / TRANSITION + 0.5, 0.0, 1.0)
     step: Array = t * t * (3 - 2 * t)
     return step

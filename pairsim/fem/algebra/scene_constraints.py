@@ -38,16 +38,16 @@ def _boundary(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
 
 
 class _Builder:
-    """Constraints in the making, field by field.
+    """Builder of `Constraints`, field by field.
 
     Args:
         scene: The scene.
 
     Attributes:
         y: Numbering of the free unknowns so far.
-        N, C, M, V, rows, base, a: Entries so far of the parts of `Constraints`; those of T are `rows`.
+        N, C, M, V, rows, base, a: Entries so far of the parts of `Constraints`; `rows` has those of T.
         integrated: Equations that are divided by g.
-        lower: Pressures at the outlet that are lower than those at the inlet by dp.
+        lower: Indices in x of the pressures at the outlet of a closed row, which are dp below those at the inlet.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -61,7 +61,8 @@ class _Builder:
         """Constrain the velocity of the liquid on axis, wall, ends and interfaces.
 
         Args:
-            balance: Equation to which the momentum at each material position is added, by default that of its velocity.
+            balance: Equation to which the liquid's momentum at each material position is added; by default the equation
+                of the velocity of that position.
         """
         scene = self.scene
         size = scene.h_size, self.y.size
@@ -101,7 +102,7 @@ class _Builder:
                 self.rows.add(tested.col, liquid.index("u", at[tested.row], c), tested.data)
 
     def pressure(self) -> None:
-        """Add the pressure of the liquid: not constrained, but in a closed row, at whose ends it differs by dp."""
+        """Add the pressure of the liquid, unconstrained except in a closed row, between whose ends it drops by dp."""
         liquid, nodes = self.scene.liquid, self.scene.nodes
         vertices, closed = liquid.six_node_mesh.vertices, self.scene.reference.geometry.closed
         inlet, outlet = (nodes.inlet[::2], nodes.outlet[::2]) if closed else (nodes.inlet[:0],) * 2
@@ -115,7 +116,7 @@ class _Builder:
         self.lower = liquid.index("p", outlet)
 
     def transported(self) -> None:
-        """Constrain what the liquid carries along: equal at periodic ends, as in developed flow at prescribed ones."""
+        """Constrain the transported fields: equal at periodic ends, and otherwise those of developed flow there."""
         for field in self.scene.material.transported:
             self._transported(field)
 
@@ -141,10 +142,9 @@ class _Builder:
     def displacement(self) -> None:
         """Constrain the displacement of the liquid's mesh: P2 in the layer of cells at the interfaces, P1 elsewhere.
 
-        It is zero on wall and ends, and on planes of the reference domain. At a strongly curved interface, cells with
-        straight inner sides would be inverted.
-        Elsewhere P1 suffices, with far fewer unknowns: the displacement inside the liquid is arbitrary, and only that
-        of the interfaces is physical.
+        It is zero on wall and ends, and on planes of the reference domain. P2 is needed at strongly curved interfaces,
+        where cells with straight inner sides would be inverted. Elsewhere P1 suffices, with far fewer unknowns: only
+        the displacement of the interfaces is physical, that inside the liquid is arbitrary.
         """
         scene = self.scene
         liquid, nodes, mesh = scene.liquid, scene.nodes, scene.liquid.six_node_mesh
@@ -168,7 +168,7 @@ class _Builder:
                 if index is not None:
                     on_h[at, c] = index
         for c in range(2):
-            # A node has its own displacement or the mean of those of the two vertices of its side.
+            # A node has a displacement of its own, or the mean of those of the two vertices of the side it lies on.
             self_parent = np.arange(count)
             parents = np.where(own[:, None], np.column_stack([self_parent, self_parent]), mesh.parents)
             for parent in parents.T:
@@ -201,7 +201,7 @@ class _Builder:
         self.integrated.append(unknown)
 
     def rest_of_liquid(self) -> None:
-        """Add the fields of the liquid that are constrained alike in all problems."""
+        """Add the other fields of the liquid, whose constraints time-dependent and quasi-steady problems share."""
         self.pressure()
         self.transported()
         if self.scene.moving:
@@ -235,7 +235,7 @@ def transient_constraints(scene: Scene) -> Constraints:
     one unknown, its velocity U_p, whose equation is the sum of the momentum equations on its surface (force balance).
     """
     made = _Builder(scene)
-    made.V = made.M  # what moves with the material is what the time scheme integrates
+    made.V = made.M  # the time scheme integrates the velocity of the material
     for body in scene.bodies:
         if body.phase is None:
             made.M.add(np.array([body.start]), made.y.take("U_p", 1))
@@ -293,8 +293,8 @@ def steady_constraints(scene: Scene) -> Constraints:
 
     The unknowns of a soft particle are the displacements of its nodes (h = h* + M y, that is g = 1 and U_m = 0). Its
     axial position is prescribed: the upstream pole of particle i+1 is displaced by as much as the downstream pole of
-    particle i, and the downstream pole of particle 1 is fixed. The momentum equations of all nodes are kept; U_i
-    replaces the unknown that this removes.
+    particle i, and the downstream pole of particle 1 is fixed. This removes one unknown, which U_i replaces, as the
+    momentum equations of all nodes are kept.
 
     Args:
         scene: A quasi-steady scene.
@@ -347,7 +347,7 @@ def steady_constraints(scene: Scene) -> Constraints:
 
 
 def steady_base(scene: Scene, sizes: Sequence[float]) -> Array:
-    """Constant part of the constraints of a quasi-steady scene with diameters multiplied by factors, shape (n,)."""
+    """Constant part of the constraints of a quasi-steady scene with diameters multiplied by `sizes`, shape (n,)."""
     bodies = scene.bodies
     scene.bodies = [
         replace(body, outline=Outline(body.outline.radius * size, body.outline.angles))

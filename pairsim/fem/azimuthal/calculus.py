@@ -125,7 +125,7 @@ def slope(f: Section, r: Expr) -> Expr:
         f: The scalar.
         r: Radius.
     """
-    # UFL has no gradient of the zero that f cos theta is at 90 degrees.
+    # At 90 degrees f cos theta is UFL's zero, of which it cannot take the gradient.
     plane = (0, 0) if isinstance(f.value, ufl.constantvalue.Zero) else ufl.grad(f.value)
     return ufl.as_vector([plane[0], plane[1], f.by_theta / r])
 
@@ -149,7 +149,7 @@ def along(b: Expr, T: Section, r: Expr) -> Expr:
 class Kinematics:
     """The map from the undisturbed to the disturbed configuration, to first order in its gradient.
 
-    Weak forms are differentiated at displacement 0, so that terms of second order need not be there.
+    Weak forms are differentiated at displacement 0, so that terms of second order can be omitted.
 
     Attributes:
         H: Gradient of the displacement eta, shape (3, 3).
@@ -176,7 +176,7 @@ class Kinematics:
 
     @property
     def volume(self) -> Expr:
-        """Disturbed volume per unit undisturbed area, what the integrals over theta at one of two angles amount to."""
+        """Disturbed volume per unit undisturbed area of the half-plane: the weight of one of the two `ANGLES`."""
         return pi * self.r * self.J
 
     def grad(self, v: Section) -> Expr:

@@ -19,7 +19,7 @@ from pairsim.physics.solids import Solid
 
 @dataclass(frozen=True, eq=False)
 class CompiledDisturbance:
-    """The bilinear form of a kind of phase, compiled without a mesh.
+    """The bilinear form of the disturbances of a kind of phase, compiled without a mesh.
 
     Attributes:
         fields: The disturbances, in the order of the mixed element.
@@ -60,11 +60,11 @@ def _compile(
 
 
 def liquid_disturbance(liquid: Liquid, base_fields: tuple[Field, ...]) -> CompiledDisturbance:
-    """The disturbance of a liquid.
+    """The compiled form of the disturbances of a liquid.
 
     Args:
         liquid: The liquid; the form depends on its laws.
-        base_fields: Fields of the axisymmetric solution, with the velocity w of the mesh.
+        base_fields: Fields of the axisymmetric solution, including the velocity w of the mesh.
     """
     kind, names = (liquid.structure, base_fields), (*liquid.numbers, "rate", "Re")
     return _compile(kind, fields.of_liquid(liquid), base_fields, names, disturbed_liquid(liquid))
@@ -74,7 +74,10 @@ UNDEFORMED = Field("X", 2, 2, odd=(1,))
 
 
 def solid_disturbance(solid: Solid, *, volume_modulus: bool) -> CompiledDisturbance:
-    """The disturbance of a solid, whose axisymmetric solution is given by undeformed positions and pressure."""
+    """The compiled form of the disturbances of a solid.
+
+    Its axisymmetric solution is given by the undeformed positions and the pressure.
+    """
     kind = (solid.name, volume_modulus)
     base = (UNDEFORMED, PRESSURE_OF_SOLID)
     unknown = [

@@ -1,8 +1,8 @@
-"""Constraints of a disturbed scene: what is free of its fields, and the particles' motions and displacements.
+"""Constraints of a disturbed scene: its free unknowns, and the motions and displacements of its particles.
 
 The full vector of the disturbances, shape (n,), consists of the canonical vectors of the liquid and of the soft
 particles. It is x = N y + D d with the free unknowns y, shape (n_y,), and the displacements d of the particles'
-centres, shape (N_p,); equations are tested with T. The disturbed state is that of displacements along theta = 0.
+centres, shape (N_p,); T restricts the residual to the test functions. Particles are displaced towards theta = 0.
 """
 
 from __future__ import annotations
@@ -39,14 +39,16 @@ class DisturbedConstraints:
         D: Dependence on the displacements of the particles, shape (n, N_p).
         T: Restriction of the residual, shape (n_y, n); rows of `pins` are empty.
         pins: Conditions on the full vector that replace equations, shape (n_y, n).
-        pinned: Value of each condition for displacements, shape (n_y, N_p).
+        pinned: Values of these conditions for unit displacements of the particles, shape (n_y, N_p).
         lateral: Free unknowns that are the lateral velocities of the particles, shape (N_p,).
         rotation: Free unknowns that are their rotations, shape (N_p,).
-        fields: Free unknowns of each field, which number its equations too.
-        follows: Velocities of the liquid at soft particles that follow from rates of the displacements there, (n, n).
-        moves: What they contain of the particles' lateral velocities, which are counted already, shape (n, N_p).
-        masses: What particles with the density of the liquid add to the equations, for unit accelerations of their
-            lateral velocities and then of their rotations, shape (n_y, 2 N_p).
+        fields: Free unknowns of each field; its equations have the same numbers.
+        follows: Maps rates of change of displacements at soft particles to the velocities that follow from them: of the
+            liquid at their surfaces, and of the material of viscous ones; shape (n, n).
+        moves: The part of these velocities that is a unit lateral velocity of a particle, which N y contains already,
+            shape (n, N_p).
+        masses: Inertia of the particles in the equations at Re = 1, with the density of the liquid, for unit
+            accelerations of their lateral velocities and then of their rotations, shape (n_y, 2 N_p).
     """
 
     N: sparse.csr_matrix
@@ -62,7 +64,7 @@ class DisturbedConstraints:
     masses: sparse.csr_matrix
 
     def with_known(self, known: Indices, values: Array) -> DisturbedConstraints:
-        """These constraints with some free unknowns known, whose equations are solved.
+        """These constraints without some free unknowns and their equations, which have been solved.
 
         Args:
             known: Their numbers, shape (k,).
@@ -86,10 +88,10 @@ class DisturbedConstraints:
 
 
 def displaced_nodes(mesh: SixNodeMesh, interface: Flags) -> Flags:
-    """Nodes of the liquid whose displacement is not the mean of those at the ends of their side, shape (n,).
+    """Mask of the liquid's nodes that have a displacement of their own, shape (n,).
 
     As in `pairsim.fem.algebra.scene_constraints` these are the vertices, and all nodes in the layer of cells at the
-    interfaces.
+    interfaces. The displacement of any other node is the mean of those at the two ends of its side.
 
     Args:
         mesh: Mesh of the liquid.
@@ -102,7 +104,7 @@ def displaced_nodes(mesh: SixNodeMesh, interface: Flags) -> Flags:
 
 
 class _Builder:
-    """Constraints in the making.
+    """Builder of `DisturbedConstraints`.
 
     Args:
         scene: The axisymmetric scene.
@@ -122,15 +124,15 @@ class _Builder:
     def free(
         self, part: int, name: str, fixed: Flags, axis: Flags, condition: AxisCondition, first: int = 0
     ) -> Indices:
-        """Add the free unknowns of a field, with the condition that it fulfils on the axis.
+        """Add the free unknowns of a field, subject to its condition on the axis.
 
         Args:
             part: Number of the phase.
-            name: The field.
-            fixed: Carriers at which it is not free.
-            axis: Carriers on the axis.
-            condition: The condition.
-            first: First component.
+            name: Name of the field.
+            fixed: Mask of the carriers (nodes with degrees of freedom of the field) at which it is not free.
+            axis: Mask of the carriers on the axis.
+            condition: The condition on the axis.
+            first: First component of the field to which the condition applies.
 
         Returns:
             Free unknown of each carrier and component, -1 where there is none.
@@ -151,7 +153,7 @@ class _Builder:
         return number
 
     def tie(self, part: int, at: Indices, unknown: Indices, factor: Array | float = 1.0) -> None:
-        """Let entries of a phase be a free unknown times a factor, in the unknowns and in the test functions."""
+        """Set entries of a phase to free unknowns times a factor, in trial and test functions alike."""
         self.N.add(self.offsets[part] + at, unknown, factor)
         self.rows.add(unknown, self.offsets[part] + at, factor)
 
@@ -180,7 +182,7 @@ class _Builder:
         self.between = np.flatnonzero(~own)
 
     def particles(self) -> None:
-        """Let the liquid at each particle move with it, and add what is free of the particle."""
+        """Let the liquid at each particle move with it, and add the unknowns of the particle."""
         part = 0
         for i, (body, at) in enumerate(zip(self.scene.bodies, self.scene.nodes.interfaces, strict=True)):
             moved = motion.translation(len(at)), motion.turning(body, self.h)
@@ -198,7 +200,7 @@ class _Builder:
                 self.N.add(self.phases[0].numbering.index("u", at, c), np.full(len(at), unknown), values[:, c])
 
     def rigid(self, i: int, at: Indices, moved: tuple[Array, Array]) -> None:
-        """Displace a rigid particle; no force and no torque act on it."""
+        """Displace a rigid particle, and add its equations: no force and no torque act on it."""
         numbering = self.phases[0].numbering
         for c in range(3):
             self.D.add(numbering.index("eta", at, c), np.full(len(at), i), moved[0][:, c])
@@ -212,8 +214,9 @@ class _Builder:
     def soft(self, i: int, part: int, body: Body, at: Indices) -> None:
         """Add the fields of a soft particle, whose momentum equation is joined to that of the liquid at its surface.
 
-        Its velocity and rotation have no equations of their own, but the displacement and the rotation of its material
-        are determined up to these alone: the mean displacement is that of the particle, and the mean rotation is zero.
+        The momentum equation determines the displacement of its material up to a rigid translation and rotation. The
+        rows of the particle's lateral velocity and rotation, which have no other equations, therefore prescribe the
+        mean displacement, which is that of the particle, and a mean rotation of zero.
         """
         phase, numbering = self.phases[part], self.phases[part].numbering
         points = phase.mesh.points
@@ -248,7 +251,7 @@ class _Builder:
         self.pinned.add(self.lateral[[i]], np.array([i]))
 
     def material(self, i: int, part: int, body: Body) -> None:
-        """Let the material of a viscous soft particle roll inside its shape, and follow displacements that change."""
+        """Make the velocity of a viscous particle's material that of rolling inside its shape plus d eta/dt."""
         numbering = self.phases[part].numbering
         rolling = motion.rolling_inside(body, self.h)
         nodes = np.arange(len(rolling))
@@ -258,7 +261,7 @@ class _Builder:
             self.follows.add(v, self.offsets[part] + numbering.index("eta", nodes, c))
 
     def interpolation(self) -> sparse.csr_matrix:
-        """The full vector from one in which displacements of the liquid's mesh between vertices are not set."""
+        """Matrix, shape (n, n), that sets the displacement of nodes `between` to the mean at the ends of their side."""
         numbering, parents = self.phases[0].numbering, self.phases[0].mesh.parents[self.between]
         made, n = Triplets(), int(self.offsets[-1])
         set_ones = np.ones(n, dtype=bool)

@@ -1,7 +1,7 @@
 """Order of elimination of a disturbed scene's unknowns: nested dissection on the graph of mesh nodes.
 
-As `pairsim.fem.algebra.fill_reducing_ordering` has it for axisymmetric scenes, all unknowns of a node are eliminated
-one after the other. The graph of nodes is many times smaller than that of the unknowns.
+As in `pairsim.fem.algebra.fill_reducing_ordering` for axisymmetric scenes, all unknowns of a node are eliminated one
+after the other. The graph of nodes is many times smaller than that of the unknowns.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def node_of_unknowns(scene: DisturbedScene) -> Indices:
         first += len(phase.mesh.points)
     dependence = sparse.csc_matrix(scene.constraints.N)
     many = np.diff(dependence.indptr) >= DENSE * first
-    # The mesh between two nodes is displaced by half of what both are.
+    # Factors of 1/2 are those of mesh nodes displaced by the mean of two vertices, to which the unknowns belong.
     dependence.data = np.where(np.abs(dependence.data) > 0.5, 1.0, 0.0)
     dependence.eliminate_zeros()
     dependence.sort_indices()
@@ -53,7 +53,7 @@ def node_of_unknowns(scene: DisturbedScene) -> Indices:
 
 
 def _nested_dissection(graph: sparse.csr_matrix) -> Indices | None:
-    """Rank of each node of a symmetric graph, None without METIS."""
+    """Position of each node of a symmetric graph in the order of elimination; None without METIS."""
     graph.sort_indices()
     csr = graph.indptr.astype(PETSc.IntType), graph.indices.astype(PETSc.IntType), graph.data
     matrix = PETSc.Mat().createAIJ(graph.shape, csr=csr, comm=PETSc.COMM_SELF)

@@ -22,7 +22,7 @@ COMPONENTS = 6
 
 
 def of_liquid(liquid: Liquid) -> tuple[Field, ...]:
-    """Disturbances of a liquid: what its laws carry along, of the conformation of all modes the relative one chi."""
+    """Fields of a liquid's disturbance; chi is the relative disturbance of the conformation, of all modes."""
     scalars = tuple(Field(f.name, f.degree) for f in liquid.solvent.transported)
     count = len(liquid.modes)
     return VELOCITY, PRESSURE, *scalars, *((Field("chi", 2, COMPONENTS * count),) if count else ()), DISPLACEMENT
@@ -30,7 +30,7 @@ def of_liquid(liquid: Liquid) -> tuple[Field, ...]:
 
 @dataclass(frozen=True)
 class AxisCondition:
-    """What a field of components in (z, r, theta) fulfils on the axis, where its Cartesian components have one value.
+    """Conditions on components in (z, r, theta) on the axis: Cartesian components do not depend on theta there.
 
     Attributes:
         zero: Components that vanish.
@@ -80,7 +80,7 @@ class Numbering:
         return name in self._start
 
     def field(self, name: str) -> Field:
-        """The field of a name."""
+        """The field with this name."""
         return next(f for f in self.fields if f.name == name)
 
     def carriers(self, name: str) -> Indices:

@@ -1,8 +1,8 @@
 """Weak forms of disturbed liquids and solids, linearised about the axisymmetric solution.
 
 The forms are those of `pairsim.physics.forms` in three dimensions, on the configuration of the axisymmetric solution,
-with the disturbances of `pairsim.fem.azimuthal.fields` as unknowns. Their derivatives with respect to these are taken
-by UFL at no disturbance.
+with the disturbances of `pairsim.fem.azimuthal.fields` as unknowns. UFL differentiates them with respect to these, at
+zero disturbance.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ def linearised(build: Callable[[Terms, Angle], ufl.Form], terms: Terms, x: ufl.C
     """The bilinear form of a disturbance.
 
     Args:
-        build: Makes the nonlinear form, whose value at no disturbance does not matter, in a half-plane.
+        build: Builds the nonlinear form in a half-plane; only its derivative at zero disturbance matters.
         terms: Its ingredients.
         x: The disturbances as one mixed function.
     """
@@ -72,7 +72,7 @@ def work(kin: Kinematics, stress: Expr, p: Expr, v: Section) -> Expr:
 
 
 def extension(eta: Section, xi: Section, mesh: ufl.Mesh, r: Expr) -> Expr:
-    """Elastic extension of the displacement into the liquid, as `pairsim.physics.forms.mesh_motion` has it."""
+    """Elastic extension of the displacement into the liquid, as in `pairsim.physics.forms.mesh_motion`."""
     strain, other = ufl.sym(calculus.grad(eta, r)), ufl.sym(calculus.grad(xi, r))
     return (2 * ufl.inner(strain, other) + ufl.tr(strain) * ufl.tr(other)) / abs(ufl.JacobianDeterminant(mesh))
 
@@ -80,10 +80,11 @@ def extension(eta: Section, xi: Section, mesh: ufl.Mesh, r: Expr) -> Expr:
 def disturbed_liquid(liquid: Liquid) -> Callable[[Terms, Angle], ufl.Form]:
     """The form of a liquid with the disturbances u, p, chi of its modes and displacement eta of the mesh.
 
-    The conformation is c = c_0^(1/2) (I + chi) c_0^(1/2), and c_0^(-1/2) r c_0^(-1/2) is tested with the residual r of
-    its equation: chi and that are of order one where c grows over decades from one cell to the next, as the logarithm
-    s of the axisymmetric solution is. The disturbances of c, of u and of the mesh grow as exp(rate t). With the
-    Reynolds number Re = rho U_av D_c/eta_0 the momentum balance is Re Du/Dt = div(sigma - p I).
+    The conformation is c = c_0^(1/2) (I + chi) c_0^(1/2), and what is tested is c_0^(-1/2) r c_0^(-1/2) with the
+    residual r of its equation. Like the logarithm s of the axisymmetric solution, chi and this product are of order one
+    even where c changes by orders of magnitude from one cell to the next. The disturbances of c, of u and of the mesh
+    grow as exp(rate t). With the Reynolds number Re = rho U_av D_c/eta_0 the momentum balance is
+    Re Du/Dt = div(sigma - p I).
 
     Args:
         liquid: The liquid; its parameters are constants of the form.
@@ -161,11 +162,12 @@ def relaxation(liquid: Liquid, law: ConformationLaw, c: Expr, at: Invariants) ->
 def disturbed_solid(solid: Solid, volume_modulus: bool) -> Callable[[Terms, Angle], ufl.Form]:
     """The form of a solid with the disturbances eta and p, and the velocity v of the material if it is viscous.
 
-    The base field X is the undeformed position as a function of the deformed one. The material is at rest there.
+    The base field X is the undeformed position as a function of the deformed one. In the axisymmetric solution the
+    material is at rest.
 
     Args:
         solid: Its law.
-        volume_modulus: As that of `pairsim.fem.phases.compiled_phase.solid_phase`.
+        volume_modulus: As in `pairsim.fem.phases.compiled_phase.solid_phase`.
     """
 
     def build(terms: Terms, at: Angle) -> ufl.Form:
@@ -183,7 +185,8 @@ def disturbed_solid(solid: Solid, volume_modulus: bool) -> Callable[[Terms, Angl
         if here.viscosity is not None:
             stress += 2 * here.viscosity * ufl.sym(kin.grad(calculus.vector(x["v"], at)))
         form = work(kin, stress, p, calculus.vector(test["eta"], at))
-        # Per undeformed volume, which does not change: its ratio to the deformed one is that of J to `expansion`.
+        # (expansion - 1) is tested per undeformed volume V_0, which is constant: V_0 expansion = V J, with the volume V
+        # of the axisymmetric solution.
         return (form - calculus.scalar(test["p"], at).value * kin.volume) * terms.dx
 
     return build

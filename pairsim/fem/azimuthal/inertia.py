@@ -1,4 +1,4 @@
-"""What inertia adds to the momentum balance of an axisymmetric solution, to first order in the Reynolds number."""
+"""The inertial term in the momentum balance of an axisymmetric solution, to first order in the Reynolds number."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def _compiled() -> tuple[CompiledForm, ufl.Coefficient]:
 
 
 def inertia(scene: Scene, x: Array, w: Array) -> Array:
-    """The term that inertia adds to the residual at Re = 1, where distances are held, shape (n,).
+    """The inertial term of the residual at held distances and Re = 1, shape (n,).
 
     The particles themselves are not accelerated.
 

@@ -28,7 +28,7 @@ def rolling(outline: Outline, deformed: Array) -> Array:
     """The velocity F (e_y x X) of the nodes of an outline when the material of the sphere X has a unit rotation.
 
     The deformed particle keeps its shape while its material moves through it. In the half-plane e_y x X is the
-    derivative of X with respect to the polar angle, and that of the deformed position x is found from a spline.
+    derivative of X with respect to the polar angle; the same derivative of the deformed position x is that of a spline.
 
     Args:
         outline: Outline of the sphere.
@@ -66,7 +66,7 @@ def turning(body: Body, h: Array) -> Array:
 
 
 def rolling_inside(body: Body, h: Array) -> Array:
-    """The velocity F (e_y x X) at all nodes of a soft particle, as `rolling` has it on the outline, shape (nodes, 3).
+    """The velocity F (e_y x X) of `rolling` at all nodes of a soft particle, shape (nodes, 3).
 
     Derivatives at nodes are means over the cells around them.
     """

@@ -12,7 +12,7 @@ NODES_OF_CELL = np.array([[0, 0], [1, 0], [0, 1], [0.5, 0], [0.5, 0.5], [0, 0.5]
 
 
 def derivative_along(mesh: SixNodeMesh, values: Array, direction: Array) -> Array:
-    """The derivative of a field along a direction at nodes, the mean over the cells around each.
+    """The derivative of a field along a direction at the nodes, averaged over the cells around each.
 
     Args:
         mesh: The mesh.

@@ -25,7 +25,7 @@ class Assembly:
 
     Args:
         compiled: The form.
-        mesh: The cells, and the nodes at any positions.
+        mesh: The cells; the positions of the nodes do not matter.
 
     Attributes:
         numbering: Canonical numbering of the disturbances.
@@ -52,7 +52,7 @@ class Assembly:
         Args:
             points: Positions of the nodes, shape (n, 2).
             base: Fields of the axisymmetric solution as a canonical vector.
-            numbers: Values of constants of the form, of which others are 0.
+            numbers: Values of constants of the form by name; those that are missing are 0.
         """
         self._geometry.x[:, :2] = points[self._geometry.input_global_indices]
         self._base.x.array[:] = base[self._base_order]
@@ -63,9 +63,9 @@ class Assembly:
         return np.array(self._matrix.data)
 
     def canonical(self, entries: Array) -> sparse.csr_matrix:
-        """The matrix with given entries in the canonical numbering, without those that are zero.
+        """The matrix with given entries in the canonical numbering.
 
-        Many are, as equations do not depend on all fields.
+        Zeros, of which there are many as no equation depends on all fields, are removed.
         """
         size = self.numbering.size
         columns = sparse.csr_matrix((entries, self._columns, self._pointer), shape=(size, size), copy=True)
@@ -84,7 +84,7 @@ class DisturbedPhase:
     """A phase with the matrix of its disturbances.
 
     Args:
-        assembly: Assembles it, for this solution and for others on the same cells.
+        assembly: Assembles the matrix, for this solution and for others on the same cells.
         mesh: Mesh at the positions of the axisymmetric solution.
         base: Fields of that solution as a canonical vector.
         numbers: Constants of the form by name.
@@ -111,7 +111,7 @@ class DisturbedPhase:
             base: Its fields in the axisymmetric solution, a canonical vector.
             w: Velocity of the mesh in that solution at vertices, shape (v, 2).
             Re: Reynolds number.
-            like: The same liquid in another solution, whose assembly is used.
+            like: The same liquid in another solution, whose assembly is reused.
         """
         fields = phase.compiled.fields
         own = tuple(f for f in fields if f.name != MESH_VELOCITY.name)
@@ -141,7 +141,7 @@ class DisturbedPhase:
             positions: Current positions of its nodes, shape (n, 2).
             pressure: Its pressure, at vertices.
             volume_modulus: Whether it resists changes of volume within cells.
-            like: The same solid in another solution, whose assembly is used.
+            like: The same solid in another solution, whose assembly is reused.
         """
         mesh = SixNodeMesh(positions, phase.six_node_mesh.cells)
         if like is None:
@@ -152,7 +152,7 @@ class DisturbedPhase:
         return DisturbedPhase(assembly, mesh, base, dict(phase.material.numbers))
 
     def matrix(self) -> sparse.csr_matrix:
-        """The matrix of a disturbance at which nothing depends on its rate of change, in the canonical numbering."""
+        """The matrix without terms in the rate of change of the disturbance, in the canonical numbering."""
         return self._assembly.canonical(self._entries(0.0))
 
     def memory(self) -> sparse.csr_matrix:
@@ -160,9 +160,9 @@ class DisturbedPhase:
         return self._assembly.canonical(self._entries(1.0) - self._entries(0.0))
 
     def product(self, x: Array, rates: Array | None) -> Array:
-        """What equations have of disturbances x and of their rates of change, without these if None, shape (size, k).
+        """The sum of `matrix` times disturbances x and, unless None, `memory` times their rates, shape (size, k).
 
-        It costs less than making `matrix` and `memory` for a few products.
+        For a few products this costs less than making `matrix` and `memory`.
         """
         if rates is None:
             return self._assembly.product(self._entries(0.0), x)

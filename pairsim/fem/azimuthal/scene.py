@@ -29,7 +29,7 @@ def mesh_velocity(scene: Scene, U: Array) -> Array:
 
 
 def diagonal(parts: list[sparse.csr_matrix]) -> sparse.csr_matrix:
-    """The block-diagonal matrix of square parts, whose rows are those of the parts: nothing is sorted."""
+    """The block-diagonal matrix of square parts; entries keep their order, so that nothing is sorted."""
     sizes = np.cumsum([0, *(part.shape[0] for part in parts)])
     entries = np.cumsum([0, *(part.nnz for part in parts)])
     data = np.concatenate([part.data for part in parts])
@@ -54,11 +54,12 @@ class DisturbedScene:
         U: Velocities of the particles in it [U_av], shape (N_p,).
         Re: Reynolds number.
         volume_modulus: Whether soft particles resist changes of volume within cells.
-        like: The same scene about another solution on the same cells, from which what does not depend on it is taken.
+        like: The same scene about another solution on the same cells; what does not depend on the solution is reused.
 
     Attributes:
         phases: The disturbed phases, in the order of the scene.
-        constraints: The constraints. Where all particles are rigid they contain the displacement of the mesh.
+        constraints: The constraints. If all particles are rigid, D contains the displacement of the mesh, which is then
+            not among the free unknowns.
 
     Raises:
         ValueError: The tube is a period of an infinite row, whose disturbances do not have its period.
@@ -92,7 +93,7 @@ class DisturbedScene:
         self.constraints = self._constraints(h, like)
 
     def _constraints(self, h: Array, like: DisturbedScene | None) -> DisturbedConstraints:
-        """The constraints, of rigid particles alone those of a scene with the same mesh, on which they depend only."""
+        """The constraints; if all particles are rigid, they depend on the mesh alone and may be those of `like`."""
         rigid = len(self.phases) == 1
         if rigid and like is not None and np.array_equal(like.phases[0].mesh.points, self.phases[0].mesh.points):
             return like.constraints
@@ -101,19 +102,19 @@ class DisturbedScene:
 
     @cached_property
     def A(self) -> sparse.csr_matrix:
-        """Matrix of a disturbance at which nothing depends on its rate of change, shape (n, n)."""
+        """Matrix without terms in the rate of change of the disturbance, shape (n, n)."""
         return diagonal([phase.matrix() for phase in self.phases])
 
     @cached_property
     def memory(self) -> sparse.csr_matrix | None:
-        """Matrix that multiplies the rate of change of the full vector, None without memory and inertia."""
+        """Matrix that multiplies the rate of change of the full vector, (n, n); None without memory and inertia."""
         if not self._remembers:
             return None
         liquid, *solids = self.phases
         return diagonal([liquid.memory(), *(sparse.csr_matrix((each.numbering.size,) * 2) for each in solids)])
 
     def _extended(self, constraints: DisturbedConstraints) -> DisturbedConstraints:
-        """These constraints with the extension of the rigid particles' displacements known: nothing else affects it."""
+        """Eliminate the displacement of the mesh, which depends on the displacements of rigid particles alone."""
         known = constraints.fields["eta"]
         equations = sparse.csr_matrix(constraints.T[known] @ self.A)
         factors = splu(sparse.csc_matrix(equations @ constraints.N[:, known]))
@@ -130,7 +131,7 @@ class DisturbedScene:
         return sparse.csr_matrix(self.equations @ self.constraints.N)
 
     def tested(self, x: Array) -> Array:
-        """E x of full vectors, shape (n, k) -> (n_y, k); products of matrices cost more than those with vectors."""
+        """E x of full vectors, shape (n, k) -> (n_y, k), without E: a product of sparse matrices would cost more."""
         return np.asarray(self.constraints.T @ (self.A @ x) + self.constraints.pins @ x)
 
     def load(self) -> Array:
@@ -139,18 +140,23 @@ class DisturbedScene:
 
     @cached_property
     def _following(self) -> tuple[sparse.csr_matrix, Array]:
-        """What follows from rates of displacements at soft particles, tested: of the full vector, of the centres."""
+        """Contribution to the equations of the velocities that follow from rates of displacements at soft particles.
+
+        Returns:
+            The matrix that multiplies rates of change of the full vector, shape (n_y, n), and the part due to unit
+            lateral velocities of the particles, which is counted already, shape (n_y, N_p).
+        """
         c = self.constraints
         following = c.T @ (self.A @ c.follows) + c.pins @ c.follows
         return sparse.csr_matrix(following), self.tested(c.moves.toarray())
 
     def of_change(self, x: Array) -> Array:
-        """What the equations have of the rate of change x of the full vector, shape (n, k) -> (n_y, k)."""
+        """Contribution of the rate of change x of the full vector to the equations, shape (n, k) -> (n_y, k)."""
         found = self._following[0] @ x
         return np.asarray(found if self.memory is None else found + self.constraints.T @ (self.memory @ x))
 
     def load_of_rates(self, y: Array, a: Array) -> Array:
-        """What disturbances that change with the displacements add to the right-hand sides, shape (n_y, N_p).
+        """Contribution of the rates of change of disturbances to the right-hand sides, shape (n_y, N_p).
 
         Args:
             y: Disturbances for unit displacements of the particles, shape (n_y, N_p).
@@ -160,21 +166,21 @@ class DisturbedScene:
         return np.asarray(load - self._of_masses(y, a))
 
     def _of_masses(self, y: Array, a: Array) -> Array | float:
-        """What the equations have of accelerated rigid particles, arguments as above."""
+        """Inertia of the accelerated particles in the equations; arguments as in `load_of_rates`."""
         if not self._Re:
             return 0.0
         c = self.constraints
         return np.asarray(self._Re * (c.masses @ np.vstack([a @ a, y[c.rotation] @ a])))
 
     def residual(self, y: Array, a: Array) -> Array:
-        """Residual of the equations at disturbances that change with the displacements, arguments as above."""
+        """Residual of the equations with the rates of change of the disturbances; arguments as in `load_of_rates`."""
         c, x = self.constraints, self.expand(y)
         rates = x @ a
         x = x + c.follows @ rates - c.moves @ a
         return np.asarray(c.T @ self._product(x, rates) + c.pins @ x - c.pinned.toarray() + self._of_masses(y, a))
 
     def _product(self, x: Array, rates: Array) -> Array:
-        """What the equations of all phases have of disturbances and their rates of change, shape (n, k)."""
+        """Sum of A x and `memory` times the rates of change, shape (n, k)."""
         ends = np.cumsum([phase.numbering.size for phase in self.phases])[:-1]
         liquid, *solids = self.phases
         (of_liquid, *xs), (moving, *_) = np.split(x, ends), np.split(rates, ends)

@@ -48,11 +48,11 @@ JIT_OPTIONS: JitOptions = {
     "cffi_libraries": ["m"],
 }
 UNFINISHED = "unfinished"
-"""Folder of the cache in which entries are built; a process that fails or is killed leaves it."""
+"""Folder of the cache in which entries are built; a process that fails or is killed leaves it behind."""
 LOCK = "lock"
-"""File of the cache whose lock the process has that builds an entry."""
+"""Lock file of the cache, locked by the process that builds an entry."""
 LOG = logging.getLogger(__name__)
-"""Says, at the level INFO, that an entry is missing."""
+"""Logs, at the level INFO, that an entry is missing and will be compiled."""
 LOG.setLevel(logging.INFO)
 
 
@@ -62,10 +62,10 @@ def cache() -> Path:
 
 
 def in_cache(name: str, build: Callable[[Path], None]) -> Path:
-    """An entry of the cache, built unless it is there: whole, or not at all.
+    """Return an entry of the cache, building it if it is missing.
 
-    It is built in another folder and renamed, so that no other process sees a part of it, also where this one is
-    killed. Processes build one after the other.
+    It is built in another folder and renamed when complete, so that no process ever sees an incomplete entry, even if
+    the process that builds it is killed. Only one process builds at a time.
 
     Args:
         name: Its name, which determines its content.

@@ -1,6 +1,6 @@
 """The compiled loops over cells in `cell_loop.c`, which assemble the matrix of the free unknowns.
 
-They are compiled when one is first called, with the compiler and flags of the forms and into the same cache.
+They are compiled when one of them is first called, with the compiler and flags of the forms and into the same cache.
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ def _build(folder: Path) -> None:
 def compile_loops() -> Path:
     """Compile the loops unless this was done before, and return the path of the library.
 
-    Another compiler, or none, makes no difference to a library that is there: the name of its folder contains a hash of
-    the source and of the options.
+    The name of the library's folder contains a hash of the source and of the options, not of the compiler: a library in
+    the cache is used with another compiler, or without one.
 
     Raises:
         EnvironmentFailure: There is no compiler, it failed, or the cache cannot be written to.

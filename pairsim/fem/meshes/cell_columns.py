@@ -1,9 +1,9 @@
-"""Lengths of the columns of cells along the tube. Without numpy, so that the cost of a case can be told at once."""
+"""Lengths of the columns of cells along the tube. Without numpy, so that the cost of a case is estimated at once."""
 
 from __future__ import annotations
 
-# Largest length of a column, relative to the smallest diameter. dU is a smaller part of the velocities where particles
-# are smaller, so that the tube may have less of an error there (docs/explanation/decisions.md).
+# Largest length of a column, relative to the smallest diameter. The smaller the particles, the smaller dU is relative
+# to the velocities, and the smaller the error may be that cells along the tube cause (docs/explanation/decisions.md).
 LONGEST = 2.5
 
 

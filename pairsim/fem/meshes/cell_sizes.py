@@ -42,14 +42,14 @@ def make_outlines(geometry: Geometry, settings: MeshSettings) -> list[Outline]:
 
 
 def divided(places: Array, density: Array) -> Array:
-    """Divide an interval into at least two parts.
+    """Divide an interval into at least two parts of given density.
 
     Args:
-        places: Places on it, ascending, its ends among them.
-        density: Parts per length there.
+        places: Points of the interval from its beginning to its end, ascending, shape (m,).
+        density: Number of parts per unit length at these points, shape (m,).
 
     Returns:
-        The ends of the parts.
+        The ends of the k parts, ascending, shape (k + 1,).
     """
     count = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2 * np.diff(places))])
     parts = max(2, math.ceil(count[-1] - 1e-9))
@@ -85,7 +85,7 @@ def _outline_size(geometry: Geometry, settings: MeshSettings, i: int, angles: Ar
 
 
 def _graded(angles: Array, grading: float) -> Array:
-    """Length of an arc over the mean of all: grading^cos^2(angle), scaled such that their number is kept."""
+    """Length of an arc relative to the mean: grading^cos^2(angle), scaled such that the number of arcs is kept."""
     half = math.log(grading) / 2
     mean = math.exp(-half) * np.i0(half)  # of grading^(-cos^2) over the half-circle
     return np.asarray(mean * grading ** (np.cos(angles) ** 2))

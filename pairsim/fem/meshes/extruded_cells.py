@@ -52,7 +52,7 @@ def extruded(mesh: SixNodeMesh, z: Array) -> SixNodeMesh:
 
 
 def graded_ends(mesh: SixNodeMesh, ends: Sequence[float], cells: int, grading: float) -> SixNodeMesh:
-    """Move the nodes of straight ends to exact radii, so that both ends agree: gmsh has them to 1e-7.
+    """Move the nodes of straight ends to exact radii, so that both ends agree: gmsh places them to 1e-7 only.
 
     Args:
         mesh: The mesh, with ends that gmsh has graded.

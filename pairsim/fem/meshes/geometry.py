@@ -12,7 +12,7 @@ import numpy as np
 
 from pairsim.runtime.arrays import Array
 
-SAME_ANGLE = 1e-12  # up to which polar angles are the same; rounding leaves up to 2e-13
+SAME_ANGLE = 1e-12  # difference up to which polar angles are equal; rounding leaves up to 2e-13
 
 
 class CellSizes(Protocol):
@@ -102,7 +102,7 @@ class Geometry:
         return np.array(z) - (z[-1] + self.betas[-1] / 2) / 2
 
     def repeated(self, count: int) -> Geometry:
-        """A closed tube and its next periods as one."""
+        """A closed tube that consists of `count` periods of this one."""
         between = self.length - sum(self.betas) - sum(self.gaps)
         gaps = (*self.gaps, *(between, *self.gaps) * (count - 1))
         return Geometry(self.betas * count, gaps, self.length * count, closed=True)
@@ -138,7 +138,7 @@ class Reference:
         return Reference(geometry, tuple(outlines), positions, False)
 
     def repeated(self, count: int) -> Reference:
-        """A closed domain and its next periods as one, with planes between them."""
+        """A closed domain that consists of `count` periods of this one, with planes between them."""
         length, places = self.geometry.length, np.arange(count) - (count - 1) / 2
         positions = tuple(nodes + [length * place, 0.0] for place in places for nodes in self.positions)
         planes = tuple(float(length * (place + 0.5)) for place in places[:-1])
@@ -148,9 +148,9 @@ class Reference:
     def mirrored(self) -> bool:
         """Whether the domain is symmetric under z -> -z, and its outlines with it, so that half of it can be meshed.
 
-        Outlines may be divided for other distances than those of the geometry, which are rounded for meshes along a
-        curve: equal distances do not tell that they are mirror images. That of a particle in the middle needs the end
-        of an arc at its equator, where the half begins.
+        Equal distances do not imply that outlines are mirror images of each other, as outlines may be divided into arcs
+        for other distances than those of the geometry, which are rounded for meshes along a curve. The outline of a
+        particle in the middle needs the end of an arc at its equator, where the meshed half begins.
         """
         if self.deformed or not self.geometry.mirrored:
             return False

@@ -12,9 +12,9 @@ from pairsim.runtime.arrays import Array, Indices
 # Division of a six-node triangle into four linear ones, in which points are located.
 _PARTS = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
 
-# Barycentric coordinate, negative, down to which a point on a side belongs to a triangle; for rounding only.
+# A point belongs to a triangle if no barycentric coordinate is below minus this; an allowance for rounding.
 ON_SIDE = 1e-12
-CONVERGED = 1e-12  # change of a local coordinate, after which the next one is at rounding
+CONVERGED = 1e-12  # change of a local coordinate after which the next change is rounding error
 
 
 def interpolate(mesh: SixNodeMesh, positions: Array, values: Array, wanted: Array) -> Array:

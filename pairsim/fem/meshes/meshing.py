@@ -30,11 +30,11 @@ from pairsim.quantities.scales import TUBE_RADIUS
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import MeshFailure
 
-RADII = 1001  # at which the cell size is evaluated to divide the ends of a closed row; chosen
+RADII = 1001  # number of radii at which the cell size is evaluated to divide the ends of a closed row; chosen
 SHORT_ROWS = 0.2  # length of a stretch of rows below which unstructured cells are used instead [D_c]; chosen
 # Ratio of the Jacobians of curved and straight cells below which nodes near a curved boundary are moved too; chosen.
 STRAIGHT_ENOUGH = 0.3
-TERMINAL, THROW = "General.Terminal", 2  # the option, and General.AbortOnError by which errors are exceptions
+TERMINAL, THROW = "General.Terminal", 2  # an option, and the General.AbortOnError by which gmsh raises exceptions
 
 
 def liquid_mesh(reference: Reference, settings: MeshSettings) -> SixNodeMesh:
@@ -107,7 +107,7 @@ class _Section:
 
     @cached_property
     def pieces(self) -> list[Array]:
-        """The outlines in this part, each from its upstream pole to the downstream one; of one at z = 0 a half."""
+        """The outlines in this part, each from its upstream to its downstream pole; of one at z = 0 half."""
         pieces = [nodes[::-1] for nodes in self.reference.positions]
         if not self.mirrored:
             return pieces
@@ -116,7 +116,7 @@ class _Section:
         return middle + pieces[(n + 1) // 2 :]
 
     def build(self) -> None:
-        """Add it to the model of gmsh."""
+        """Add the section to gmsh's model."""
         point, line = gmsh.model.geo.addPoint, gmsh.model.geo.addLine
         start, last, curve = self._add_outlines()
         corner = point(self.high, 0.0, 0.0), point(self.high, TUBE_RADIUS, 0.0)
@@ -234,7 +234,7 @@ def particle_meshes(
 
 @contextmanager
 def _session() -> Iterator[None]:
-    """gmsh with an empty model and its own defaults; a session of the caller gets its model and options back."""
+    """Run gmsh with an empty model and default options; a session of the caller gets its model and options back."""
     if own := not gmsh.isInitialized():
         gmsh.initialize(readConfigFiles=False, interruptible=False)
     theirs, terminal = gmsh.model.getCurrent(), gmsh.option.getNumber(TERMINAL)
