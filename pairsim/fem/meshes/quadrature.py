@@ -94,15 +94,15 @@ class CellQuadrature:
 
 
 def assembled(cells: Array, unknowns: Indices, size: int) -> sparse.csr_matrix:
-    """The sum of the matrices of cells.
+    """Assemble a global matrix from those of the cells.
 
     Args:
-        cells: The matrices, shape (m, k, k).
-        unknowns: Numbers of their rows and columns, shape (m, k).
+        cells: Matrices of the cells, shape (m, k, k).
+        unknowns: Global numbers of their rows and columns, shape (m, k).
         size: Number of all unknowns.
 
     Returns:
-        Shape (size, size).
+        The matrix, shape (size, size).
     """
     k = unknowns.shape[1]
     at = np.repeat(unknowns, k, axis=1).ravel(), np.tile(unknowns, (1, k)).ravel()

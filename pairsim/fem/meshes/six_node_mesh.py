@@ -17,7 +17,7 @@ _MIDSIDE_PARENTS = {3: (0, 1), 4: (1, 2), 5: (2, 0)}
 TO_BASIX = np.array([0, 1, 2, 4, 5, 3])
 # Local number of the mid-side opposite each vertex.
 MIDSIDE_OPPOSITE = (4, 5, 3)
-SAME = 1e-9  # distance below which two nodes are one [D_c]
+SAME = 1e-9  # distance below which two nodes are the same [D_c]
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class SixNodeMesh:
         return jacobians(self.points[self.cells])
 
     def at_nodes(self, values: Array) -> Array:
-        """Means at the nodes of values of the cells around them, (n,), from shape (m,)."""
+        """Mean at each node of the values of the cells around it, shape (m,) -> (n,)."""
         count, total = np.zeros(len(self.points)), np.zeros(len(self.points))
         np.add.at(count, self.cells, 1.0)
         np.add.at(total, self.cells, values[:, None])
@@ -142,7 +142,7 @@ def nodes_at(points: Array, wanted: Array) -> Indices:
         wanted: Positions, shape (k, 2).
 
     Returns:
-        Indices, shape (k,); -1 where no point is within `SAME` along either axis.
+        Indices, shape (k,); -1 where no point is within `SAME` in both coordinates.
     """
     order = np.argsort(points[:, 0])
     z = points[order, 0]

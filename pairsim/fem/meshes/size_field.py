@@ -1,10 +1,10 @@
-"""Cell sizes that follow from what single cells contribute to the error of a solution.
+"""Cell sizes from the contributions of single cells to the error of a solution.
 
 In a viscoelastic liquid the contributions of the constitutive equation have random signs where stress or adjoint are
 not resolved, and the root of the sum of their squares is the error to expect (docs/explanation/error-estimate.md).
-Unlike contributions of the momentum equation, whose sum is a small remainder by the symmetry of the tube's own flow,
-they do not cancel. Sizes are made for contributions eta ~ h^ORDER of cells of size h; the sum of eta^2 is least for a
-given number of cells where all eta are equal.
+Contributions of the momentum equation nearly cancel by the symmetry of the flow in the tube; these do not. A cell of
+size h is assumed to contribute eta ~ h^ORDER; for a given number of cells the sum of eta^2 is least if all eta are
+equal.
 """
 
 from __future__ import annotations
@@ -21,37 +21,39 @@ from pairsim.fem.meshes.geometry import Geometry, Outline
 from pairsim.quantities.scales import TUBE_RADIUS
 from pairsim.runtime.arrays import Array, Indices
 
-# Power of the cell size with which a cell's contribution is taken to fall. It is a setting, no order of convergence:
-# contributions fell with 3.2 when all cells of De 2 were halved; the larger power makes sizes change less from round to
-# round, and the scatter reached is that wanted (docs/explanation/decisions.md, "Adaptation").
+# Power of the cell size with which the contribution of a cell is assumed to fall. It is a setting, not an order of
+# convergence: contributions fell with the power 3.2 when all cells were halved at De 2. With the larger power sizes
+# change less from round to round, and the scatter still becomes what was asked for (docs/explanation/decisions.md,
+# "Adaptation").
 ORDER = 5.0
-# The power in a liquid without modes. A cell in which the shear rate vanishes contributes as the power 3, but there is
-# one however small cells are: as if each of them contributed as the power 4.
+# The same in a liquid without modes. The contribution of a cell in which the shear rate vanishes falls with the power
+# 3, but the number of such cells does not grow as cells become smaller: the sum of squares falls as if all cells
+# contributed with the power 4.
 VISCOUS_ORDER = 4.0
 GRADATION = 0.2  # largest growth of the cell size per unit distance; chosen
-LEAST_FACTOR = 0.4  # of a size in one round; chosen
-MOST_FACTOR = 1.5  # of a size in one round; chosen
+LEAST_FACTOR = 0.4  # smallest factor by which a size changes in one round; chosen
+MOST_FACTOR = 1.5  # largest factor by which a size changes in one round; chosen
 EQUILATERAL = 4 / 3**0.5  # square of the side of an equilateral triangle over its area
-ASKED = 1.12  # size that gmsh is asked for over the side of an equilateral triangle of the area it makes; measured
+ASKED = 1.12  # size asked of gmsh over the side of an equilateral triangle with the area of its cells; measured
 SMOOTHINGS = 2  # rounds of averaging over the cells around a vertex; contributions of single cells are random
 SPACING = 0.05  # of the grid, relative to the smallest radius; chosen
 MOST_INTERVALS = 800  # of the grid along the tube; chosen
-BEYOND = 0.1  # reach of the grid beyond the rows [D_c]; chosen
-BISECTIONS = 40  # for the contribution that all cells should have
+BEYOND = 0.1  # distance by which the grid extends beyond the reach of the sizes [D_c]; chosen
+BISECTIONS = 40  # steps in the search for the contribution that all cells should have
 
 Size = Callable[[float, float], float]
 
 
 @dataclass(frozen=True, eq=False)
 class CellIndicators:
-    """What the cells of the liquid contribute to the errors of results of a solution, such as all dU.
+    """Contributions of the liquid's cells to the errors of k results of a solution, such as every dU.
 
     Attributes:
         geometry: Geometry of the reference domain.
         mirrored: Whether the reference domain is symmetric under z -> -z.
         corners: Vertices of the cells in the reference domain, (m, 3, 2).
-        squares: Squares of their contributions to each of k results, (m, k).
-        order: Power of the cell size with which they fall.
+        squares: Squares of the contributions of the cells to each result, (m, k).
+        order: Power of the cell size with which contributions are assumed to fall.
     """
 
     geometry: Geometry
@@ -65,10 +67,10 @@ class CellIndicators:
         return replace(self, squares=np.hstack([self.squares, other.squares]))
 
     def sizes(self, most: Array, largest_factor: float, reach: float) -> SizeField:
-        """Cell sizes with which the roots of the sums of the squares are expected to fall below given values.
+        """Cell sizes with which the root-sum-squares of the contributions are expected not to exceed given values.
 
         Args:
-            most: The values, (k,).
+            most: The value for each result, (k,).
             largest_factor: Upper bound on the factor by which cells become larger.
             reach: Distance from the particles up to which sizes are wanted [D_c].
         """
@@ -212,7 +214,7 @@ class _Grid:
         return cls(spacing * np.arange(-count, count + 1.0), spacing * np.arange(across + 1.0), spacing)
 
     def interpolation(self, places: Array) -> Callable[[Array], Array]:
-        """Function that interpolates values at points to the grid; inside particles and beyond the points, nearest."""
+        """Function that interpolates values at points linearly to the grid; beyond their convex hull, the nearest."""
         grid = np.stack(np.meshgrid(self.z, self.r, indexing="ij"), axis=-1)
         triangles = scipy.spatial.Delaunay(places)
         simplex = triangles.find_simplex(grid)

@@ -1,4 +1,4 @@
-"""A form compiled by FFCx without a mesh, which is put on meshes again and again."""
+"""A form that FFCx compiles once, without a mesh, and that is then used on many meshes."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ fem = dolfinx.fem
 class CompiledForm:
     """A compiled form with its coefficients and constants.
 
-    `dolfinx.fem.create_form` searches the expressions of the form for these each time: two thirds of the time that it
-    takes to put a viscoelastic liquid on a small mesh. Here it is done once.
+    `dolfinx.fem.create_form` searches the expressions of the form for these at each call, which takes two thirds of the
+    time needed to set up a viscoelastic liquid on a small mesh. Here they are found once.
 
     Attributes:
         form: The form as DOLFINx has compiled it.
@@ -45,7 +45,13 @@ class CompiledForm:
         return int(self.form.module.ffi.cast("uintptr_t", integral.tabulate_tensor_float64))
 
     def on(self, spaces: Sequence[Any], functions: Mapping[Any, Any], constants: Mapping[Any, Any]) -> Any:
-        """The form on the mesh of function spaces, one for each argument, with functions and values."""
+        """The form of DOLFINx on a mesh.
+
+        Args:
+            spaces: Function spaces on this mesh, one for each argument of the form.
+            functions: A function on it for each coefficient.
+            constants: A constant on it for each constant of the form.
+        """
         ffi, ufcx_form = self.form.module.ffi, self.form.ufcx_form
         form = dolfinx.cpp.fem.create_form_float64(
             ffi.cast("uintptr_t", ffi.addressof(ufcx_form)),
@@ -60,10 +66,10 @@ class CompiledForm:
 
 
 def compiled(form: ufl.Form) -> CompiledForm:
-    """A form compiled by FFCx, from the cache if it is there.
+    """Compile a form by FFCx, or load it from the cache.
 
-    Each form has its folder in the cache, named by a hash of all that determines FFCx's own name of the module. FFCx
-    therefore finds the module, or compiles it where no other process looks for it.
+    Each form has its own folder in the cache, named by a hash of all that determines FFCx's name of the module. FFCx
+    therefore either finds the whole module, or compiles it in a folder that no other process reads.
 
     Raises:
         EnvironmentFailure: There is no compiler, it failed, or the cache cannot be written to.

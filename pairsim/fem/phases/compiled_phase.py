@@ -37,7 +37,7 @@ VOLUME_MODULUS = 1.0
 COORDINATE = basix.ufl.element("Lagrange", "triangle", 2, shape=(2,))
 """Element of the coordinates of six-node triangles."""
 OF_TIME = {"rate": 0.0, "g": 1.0, "U_m": 0.0}
-"""Constants of the time scheme, with what they are at first."""
+"""Constants of the time scheme, with their initial values."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +55,7 @@ class CompiledPhase:
         x: Coefficient of the unknowns.
         star: Coefficient of the part of the unknowns that the time scheme fixes.
         constants: Constants of the forms by name.
-        build: Makes the residual for any test functions.
+        build: Builds the residual, with any test functions.
     """
 
     kind: tuple[str | bool | type[Any], ...]
@@ -115,8 +115,8 @@ def _blocks(
 ) -> tuple[Indices, NDArray[np.bool_]]:
     """Field of each degree of freedom of a cell, and blocks of the Jacobian that can be non-zero (fields, fields).
 
-    They are detected in the matrix of one cell with random values of all unknowns and constants, in which blocks
-    without any form are exactly zero. The symbolic analysis with UFL takes seconds for a viscoelastic liquid.
+    They are detected in the matrix of one cell with random values of all unknowns and constants: a block to which no
+    term contributes is exactly zero. A symbolic analysis with UFL would take seconds for a viscoelastic liquid.
     """
     triangle = np.array([[0.1, 0.3], [0.9, 0.2], [0.4, 0.8], [0.65, 0.5], [0.25, 0.55], [0.5, 0.25]])
     cells = np.arange(6, dtype=np.int64)[None, :]
@@ -147,8 +147,8 @@ def _compile(
     mesh, element = ufl.Mesh(COORDINATE), mixed_element(fields)
     space = ufl.FunctionSpace(mesh, element)
     x, star, test = ufl.Coefficient(space), ufl.Coefficient(space), ufl.TestFunction(space)
-    # Counts of their own: UFL sorts constants by count as text, 9 after 10, so that those of a global counter give the
-    # same form another signature in each process.
+    # Constants are counted here: UFL sorts them by their counts as text, 9 after 10, so that with counts of its global
+    # counter the signature of the same form would differ between processes.
     constants = {name: ufl.Constant(mesh, count=i) for i, name in enumerate(constant_names)}
     named = [split(function, fields) for function in (x, star, test)]
     dX = ufl.Measure("dx", domain=mesh, metadata={"quadrature_degree": QUADRATURE_DEGREE})
@@ -172,11 +172,11 @@ def _compile(
 
 
 def liquid_phase(liquid: Liquid, moving: bool, steady: bool = False) -> CompiledPhase:
-    """A liquid with its own fields and, if the mesh moves, eta.
+    """The forms of a liquid, with its own fields and, if the mesh moves, the displacement eta.
 
     In time-dependent problems the velocity of the mesh follows from eta. In quasi-steady problems it is a field w, and
-    the time derivatives of what the liquid carries along are multiplied by the constant `rate`: 0 in a quasi-steady
-    solve, 1/dt in a step of pseudo-time. A liquid without a memory has no time derivative.
+    the time derivatives of the transported fields are `rate` times their change, with the constant `rate` 0 in a
+    quasi-steady solve and 1/dt in a step of pseudo-time. A liquid without a memory has no time derivatives and no w.
 
     Args:
         liquid: The liquid; forms depend on its laws, and its parameters are their constants.
@@ -234,16 +234,16 @@ def mode_part(s: Expr, i: int) -> Expr:
 
 
 def solid_phase(solid: Solid, volume_modulus: bool = False) -> CompiledPhase:
-    """A solid with the fields eta and p.
+    """The forms of a solid, with the fields eta and p.
 
-    Its viscous stress, if it has any, is that of the velocity `rate` (eta - star): 1/(gamma dt) in a time step, 0 in a
-    quasi-steady solve.
+    The viscous stress of a viscous solid is that of the velocity `rate` (eta - star), with the constant `rate`
+    1/(gamma dt) in a time step and 0 in a quasi-steady solve.
 
     Args:
         solid: Its law.
-        volume_modulus: Whether a volume modulus, which does nothing where J R/r = 1, resists the changes of volume that
-            the pressure leaves within cells, and which make a compressed surface too soft against waves as long as
-            cells.
+        volume_modulus: Whether a volume modulus resists the changes of volume within cells that the P1 pressure does
+            not prevent, and that make a compressed surface too soft against waves as long as cells. It does nothing
+            where J R/r = 1.
     """
 
     def build(terms: Terms) -> ufl.Form:

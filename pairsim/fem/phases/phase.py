@@ -33,8 +33,8 @@ class CellJacobian:
     Attributes:
         kernel: Compiled function that tabulates the matrix of a cell.
         dofs: Canonical numbers of the unknowns of each cell, shape (cells, k).
-        coupled_pointer: Start of the columns of each row of a cell's matrix that can be non-zero, shape (k + 1,).
-        coupled: Their numbers.
+        coupled_pointer: Index in `coupled` at which the columns of each row of a cell's matrix begin, shape (k + 1,).
+        coupled: Columns of the entries of a cell's matrix that can be non-zero, row by row.
         points: Coordinates of the nodes, shape (nodes, 3).
         nodes: Nodes of each cell, shape (cells, 6).
         packed: Function that returns the coefficients of all cells, their number in a cell, and the constants.
@@ -93,7 +93,7 @@ class Phase[M: (Liquid, Solid)]:
 
     @contextmanager
     def changed_to(self, material: M) -> Iterator[None]:
-        """Give the material other parameters as `become` does, and at the end its own ones back."""
+        """Context in which the material has other parameters, as by `become`; its own are restored at the end."""
         own = self.material
         self.become(material)
         try:
@@ -140,7 +140,7 @@ class Phase[M: (Liquid, Solid)]:
         return values[start : start + f.components * count].reshape(-1, f.components)
 
     def at_nodes(self, name: str, values: Array) -> Array:
-        """A field in a canonical vector at all nodes, those of P1 fields by means, shape (nodes, components)."""
+        """A field in a canonical vector at all nodes, at mid-sides of P1 fields by means, shape (nodes, components)."""
         nodal, mesh = self.nodal(name, values), self.six_node_mesh
         if self._field(name).degree == 2:
             return nodal

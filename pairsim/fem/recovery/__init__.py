@@ -1,1 +1,1 @@
-"""Fields and residuals one degree higher: the estimates of discretisation errors are made of them."""
+"""Fields and residuals one degree higher, from which discretisation errors are estimated."""

@@ -18,26 +18,26 @@ def _element(degree: int) -> basix.finite_element.FiniteElement:
 
 
 def nodes_of(degree: int) -> Array:
-    """Nodes of a degree on the reference triangle, (q, 2)."""
+    """Nodes of the Lagrange element of a degree on the reference triangle, (q, 2)."""
     points: Array = _element(degree).points
     return points
 
 
 def own_shapes(degree: int) -> Array:
-    """Shape functions one degree lower at the nodes of a degree, (q, a)."""
+    """Values of the a shape functions one degree lower at the nodes of a degree, (q, a)."""
     points = nodes_of(degree)
     return shape_values(points) if degree == 3 else barycentric(points)
 
 
 def tabulated(degree: int, points: Array) -> tuple[Array, Array]:
-    """Shape functions of a degree at points of the reference triangle, and their gradients, (q, a) and (q, a, 2)."""
+    """Shape functions of a degree, (q, a), and their gradients, (q, a, 2), at q points of the reference triangle."""
     table = _element(degree).tabulate(1, points)[..., 0]
     return table[0], np.moveaxis(table[1:], 0, -1)
 
 
 @cache
 def remainder(degree: int) -> Array:
-    """Maps nodal values of a polynomial of a degree to those of its interpolation error one degree lower, (q, q)."""
+    """Matrix from the nodal values of a polynomial to those of its interpolation error one degree lower, (q, q)."""
     points = np.array([[0, 0], [1, 0], [0, 1], [0.5, 0], [0.5, 0.5], [0, 0.5]])[: 6 if degree == 3 else 3]
     at_nodes, own = _element(degree).tabulate(0, points)[0, :, :, 0], own_shapes(degree)
     return np.asarray(np.eye(len(own)) - own @ at_nodes)
@@ -48,13 +48,13 @@ class EnrichedNodes:
 
     Args:
         mesh: The mesh.
-        degree: Degree of the nodes: 2, above the vertices of the mesh, or 3, above all of its nodes.
+        degree: Degree of the nodes: 2 for P1 fields, which the vertices of the mesh carry, or 3 for P2 fields.
 
     Attributes:
         numbers: Numbers of the nodes of each cell, in the order of `nodes_of`, (m, q).
         count: Number n of all nodes.
-        vertices: Vertices of the cell of each node, (n, 3).
-        barycentric: Coordinates of each node in it, (n, 3).
+        vertices: Vertices of a cell that has each node, (n, 3).
+        barycentric: Barycentric coordinates of each node in this cell, (n, 3).
         x: Positions of the nodes, (n, 2).
         interpolant: Matrix that interpolates a field from its values at the nodes of the mesh, (n, nodes of the mesh).
     """
@@ -76,7 +76,7 @@ class EnrichedNodes:
         self.interpolant = sparse.csr_matrix((own.ravel(), (rows, columns)), shape=(self.count, len(mesh.points)))
 
     def _key(self, barycentric: Array) -> Indices:
-        """A number for the node of each cell with these coordinates, the same in all cells that have it."""
+        """A number for the node with these coordinates in each cell, the same in all cells that share it, (m,)."""
         cells, count, present = self.mesh.cells, len(self.mesh.points), np.flatnonzero(barycentric > 1e-12)
         if len(present) == 1:
             return cells[:, present[0]]
@@ -87,7 +87,13 @@ class EnrichedNodes:
         return self._on_side(side, cells[:, near], cells[:, far])
 
     def _on_side(self, side: Indices, near: Indices, far: Indices) -> Indices:
-        """The numbers of nodes on sides, given by their mid-side nodes, that are nearer to one of their ends."""
+        """Numbers of the nodes on given sides that are nearer to the vertex `near` than to `far`.
+
+        Args:
+            side: The mid-side node of each side.
+            near: The vertex of each side that is nearer.
+            far: The other vertex.
+        """
         first = near > far if self.degree == 3 else np.zeros(len(near), dtype=bool)
         return np.asarray(len(self.mesh.points) + 2 * side + first)
 

@@ -1,10 +1,11 @@
 """The residual of a phase one degree higher: tested with functions, or at unknowns, one degree above its fields.
 
-Tested one degree higher, with discontinuous functions cell by cell, and summed with the values of a weight at their
-nodes it is the residual tested with that weight, which need not lie in the space of the solution: what an estimate of
-the error of a functional asks for. At the discrete solution plus what a recovery adds to it, and tested with the
-phase's own functions, it tells how far the discrete solution is from the exact one, in the discrete space: the source
-of the error equation of a run.
+The test functions one degree higher are discontinuous between cells. The sum of their residuals, multiplied by the
+values of a weight at their nodes, is the residual tested with this weight, which need not lie in the space of the
+solution. Estimates of the error of a functional need it.
+
+The unknowns one degree higher are the discrete solution plus what a recovery adds to it, and stand in for the exact
+solution. The residual at these, tested with the phase's own functions, is the source in the error equation of a run.
 """
 
 from __future__ import annotations
@@ -36,13 +37,13 @@ from pairsim.runtime.fenicsx import dolfinx
 fem = dolfinx.fem
 
 Enriched = Literal["tests", "unknowns"]
-"""What is one degree above the fields of a phase."""
+"""What has a degree one above the fields of a phase."""
 Additions = dict[str, Array]
-"""What is added to fields, by field: values at the nodes of one degree higher of each cell, (m, q, components)."""
+"""Additions to fields by name: values at the nodes of one degree higher in each cell, (m, q, components)."""
 
 
 def physical(fields: Iterable[Field]) -> tuple[Field, ...]:
-    """The fields with an equation that an exact solution meets; how the liquid's mesh moves is a choice."""
+    """The fields of a phase without displacement and velocity of the liquid's mesh, which are arbitrary."""
     known = tuple(fields)
     chosen = (DISPLACEMENT.name, MESH_VELOCITY.name) if any(f.name == VELOCITY.name for f in known) else ()
     return tuple(f for f in known if f.name not in chosen)
@@ -53,7 +54,7 @@ class EnrichedForm:
     """The residual of one kind of phase one degree higher, compiled without a mesh.
 
     Attributes:
-        fields: The tested fields, or all fields of the unknowns, with degrees one higher.
+        fields: The tested fields, or all fields of the unknowns, with their degrees raised by one.
         element: Element of the test functions or of the unknowns, discontinuous from cell to cell.
         residual: The form.
         x: Coefficient of the unknowns.
@@ -91,13 +92,13 @@ class EnrichedResidual:
     """The residual of a phase one degree higher, on its mesh.
 
     Args:
-        phase: The phase; its constants at each assembly count.
+        phase: The phase; each assembly uses its constants at that time.
 
     Attributes:
         what: What is one degree higher.
         phase: The phase.
         fields: The fields one degree higher, by name.
-        cells: Numbers of the cells in the `SixNodeMesh`, (m,).
+        cells: Numbers in the `SixNodeMesh` of the cells in the order of DOLFINx, (m,).
     """
 
     what: ClassVar[Enriched]
@@ -156,13 +157,13 @@ class EnrichedUnknowns(EnrichedResidual):
                 function.x.array[self._dofs[name][..., c]] = found
 
     def assemble(self, x: Array, added: Additions, star: Array | None, star_added: Additions) -> Array:
-        """The residual.
+        """The residual at x + added, with star + star_added in the time derivatives.
 
         Args:
             x: Unknowns in the fields' own space as a canonical vector, (size,).
-            added: What is added to them.
-            star: The part that the time scheme fixes, None where there is none.
-            star_added: What is added to that.
+            added: Additions to the unknowns.
+            star: The part of the unknowns that the time scheme fixes, (size,); None without time derivatives.
+            star_added: Additions to this part.
 
         Returns:
             A canonical vector, (size,).

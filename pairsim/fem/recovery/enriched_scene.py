@@ -1,7 +1,7 @@
-"""Fields of all phases of a scene recovered one degree higher, with the conditions that exact fields meet.
+"""Fields of all phases of a scene recovered one degree higher, with the boundary conditions of the exact fields.
 
-On the surface of a soft particle liquid and solid have one velocity, one displacement and one test function (their
-momentum equations are added there): those of the solid.
+On the surface of a soft particle liquid and solid share velocity, displacement and test functions, as their momentum
+equations are added there. Those of the solid are taken.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ class EnrichedPhase[R: EnrichedResidual]:
 
     Args:
         phase: The phase.
-        residual: Makes its residual.
+        residual: Makes the residual of a phase.
     """
 
     def __init__(self, phase: Phase, residual: Callable[[Phase], R]) -> None:
@@ -37,12 +37,12 @@ class EnrichedPhase[R: EnrichedResidual]:
         return self.nodes[3].along(line)
 
     def added(self, vectors: Array, names: Iterable[str], fewest: dict[int, int] = WIDE) -> dict[str, Array]:
-        """What recovery adds to fields at all nodes of one degree higher, by field, (n, k, components).
+        """What recovery adds to fields at all nodes of one degree higher, by name, (n, k, components).
 
         Args:
             vectors: Canonical vectors, (k, size).
-            names: The fields.
-            fewest: Fewest nodes of a patch by degree; others are not recovered.
+            names: Names of the fields.
+            fewest: Fewest nodes of a patch, by degree of the recovered field; fields of other degrees are left out.
         """
         result = {}
         for name in names:
@@ -73,12 +73,12 @@ class EnrichedScene[R: EnrichedResidual]:
     Args:
         scene: The scene.
         residual: Makes the residual of a phase.
-        before: The same particles in a liquid of another mesh: soft particles keep what they have.
+        before: The same particles in a liquid with another mesh: what belongs to the soft particles is reused.
 
     Attributes:
         liquid: The liquid.
         solids: The soft particles.
-        wall, inlet, outlet: Numbers of the nodes of third degree of the liquid there.
+        wall, inlet, outlet: Numbers of the liquid's nodes of third degree on these boundaries.
     """
 
     def __init__(self, scene: Scene, residual: Callable[[Phase], R], before: EnrichedScene[R] | None = None) -> None:
@@ -102,8 +102,8 @@ class EnrichedScene[R: EnrichedResidual]:
         """Set a field of the liquid on the particles' surfaces: to zero on rigid ones, to that of the solid on others.
 
         Args:
-            liquid: Values at the nodes of third degree, (n, k, components); changed.
-            solids: Those of each soft particle.
+            liquid: Values at the liquid's nodes of third degree, (n, k, components); changed in place.
+            solids: Values at those of each soft particle.
         """
         own = iter(zip(self.solids, solids, strict=True))
         for body, at in zip(self.scene.bodies, self._surfaces, strict=True):

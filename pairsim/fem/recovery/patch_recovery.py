@@ -20,10 +20,11 @@ from pairsim.runtime.arrays import Array, Indices
 # gave estimates of .3 to .9 of the errors of Newtonian pairs, a third ring at boundaries (18 and 40) 1.1 to 1.9 where
 # two rings gave 1.05 to 1.4.
 WIDE = {2: 14, 3: 25}
-# That of a second recovery of quadratic fields, the pressures, mostly from one ring. Where both differ, neither is near
-# the adjoint: on coarse cells in viscoelastic liquids the difference is as large as the estimate.
+# The same for a second recovery of quadratic fields, the pressures, mostly from one ring of cells. Where the two
+# differ, neither is close to the adjoint: on coarse cells in viscoelastic liquids the difference is as large as the
+# estimate.
 NARROW = {2: 9}
-# Ridge of the normal equations over their mean diagonal, for patches whose nodes do not settle all coefficients.
+# Ridge of the normal equations over their mean diagonal, for patches whose nodes do not determine all coefficients.
 RIDGE = 1e-13
 
 
@@ -53,7 +54,7 @@ class PatchRecovery:
 
     Args:
         nodes: The nodes.
-        fewest: Patches with fewer nodes of the mesh than this take in the next ring of cells.
+        fewest: Patches with fewer nodes of the mesh than this are extended by the next ring of cells.
     """
 
     def __init__(self, nodes: EnrichedNodes, fewest: int) -> None:
@@ -61,7 +62,7 @@ class PatchRecovery:
         mesh, number = nodes.mesh, np.full(len(nodes.mesh.points), -1)
         number[mesh.vertices] = np.arange(len(mesh.vertices))
         self._centres, patches = mesh.points[mesh.vertices], _patches(mesh, fewest, 6 if nodes.degree == 3 else 3)
-        # Arrays of patches have room for the largest one.
+        # Arrays over patches are padded to the size of the largest patch.
         count = np.diff(patches.indptr)
         self._filled = np.arange(count.max()) < count[:, None]
         self._members = np.zeros(self._filled.shape, dtype=np.int32)
@@ -90,7 +91,7 @@ class PatchRecovery:
             Shape (n_vertices k, n_nodes) for k coefficients.
         """
         if odd not in self._fits:
-            # On the axis a field is odd or even in r, and so is its polynomial, as if the patch had its mirror image.
+            # At the axis a field is odd or even in r, and so is its polynomial, as if the patch had its mirror image.
             parity = np.array([j % 2 == odd for _, j in _powers(self._degree)])
             self._coefficients[self._on_axis] = _least_squares(self._basis * parity)
             size = len(parity)
@@ -115,7 +116,7 @@ class PatchRecovery:
         columns = patches[..., None].astype(np.int32) * size + np.arange(size, dtype=np.int32)
         starts, shape = np.arange(count + 1, dtype=np.int32) * 3 * size, (count, len(self._centres) * size)
         matrix = sparse.csr_matrix((powers.ravel(), columns.ravel(), starts), shape=shape)
-        matrix.eliminate_zeros()  # a node on a side has no part of the polynomial of the vertex opposite
+        matrix.eliminate_zeros()  # for a node on a side the weight of the polynomial of the opposite vertex is zero
         return matrix.copy()
 
 
@@ -124,8 +125,8 @@ def _patches(mesh: SixNodeMesh, fewest: int, carried: int) -> sparse.csr_matrix:
 
     Args:
         mesh: The mesh.
-        fewest: Patches with fewer nodes take in the next ring of cells.
-        carried: Number of nodes of a cell that count, the vertices or all.
+        fewest: Patches with fewer nodes are extended by the next ring of cells.
+        carried: Number of nodes of a cell that carry the field: 3 (the vertices) or 6.
     """
 
     def of_cells(numbers: Indices, count: int) -> sparse.csr_matrix:

@@ -1,7 +1,7 @@
 """The solution of a scene in time recovered one degree higher, and the residual with it.
 
-Recovered fields keep the nodal values of the discrete ones: only what the discrete space does not hold is added, so
-that nothing depends on how far recovery smooths nodal values. They meet the conditions that the exact solution meets: u
+Recovered fields keep the nodal values of the discrete ones: only what lies outside the discrete space is added, so that
+nothing depends on how far recovery smooths nodal values. They satisfy the boundary conditions of the exact solution: u
 is zero on the wall, the velocity of the particle on a rigid surface, and that of the material on a soft one, where the
 liquid's mesh follows the material. Elsewhere the mesh of the liquid is that of the discrete solution.
 """
@@ -90,7 +90,7 @@ def _names(phase: EnrichedPhase[EnrichedUnknowns]) -> list[str]:
 
 
 def _beyond(phase: EnrichedPhase[EnrichedUnknowns], added: dict[str, Array]) -> Additions:
-    """The part of additions to one solution that the fields' own space does not contain, in the cells."""
+    """The part of the additions that lies outside the fields' own space, at the nodes of each cell."""
     result = {}
     for name, values in added.items():
         there, part = phase.in_cells(name, values[:, 0]), remainder(phase.residual.fields[name].degree)
@@ -99,7 +99,7 @@ def _beyond(phase: EnrichedPhase[EnrichedUnknowns], added: dict[str, Array]) -> 
 
 
 def _as_displacement(body: Body, velocity: Array) -> Array:
-    """All unknowns of a soft particle, zero but for its displacement, which is a velocity of its material."""
+    """Canonical vector of a soft particle with a velocity of its material as displacement and zeros elsewhere."""
     assert body.phase is not None
     result = np.zeros(body.phase.size)
     body.phase.nodal("eta", result)[:] = body.displacement(velocity)

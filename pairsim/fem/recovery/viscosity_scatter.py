@@ -1,14 +1,14 @@
-"""What the error of a solution does to a viscosity that depends on the shear rate, beyond the first order.
+"""Effects of the error of a solution on a viscosity that depends on the shear rate, beyond first order.
 
-An estimate takes the stress as linear in the error of the strain rate e. Where e is nearly zero, the viscosity of a
-thinning liquid varies within a cell by much, and the stress is not: at places on the axis and between two particles,
-and on the rings of a particle's surface where the shear changes its sign. With e+ the recovered strain rate a cell
+An error estimate linearises the stress in the error of the strain rate e. Where e nearly vanishes, the viscosity of a
+thinning liquid varies strongly within a cell, and the stress is far from linear: at points on the axis and between two
+particles, and on rings of a particle's surface where the shear changes sign. With the recovered strain rate e+ a cell
 contributes
 
     int [sigma(e+) - sigma(e) - sigma'(e)(e+ - e)] : e(z)
 
-to a functional with the weight z. The signs of these contributions are random, and the root of the sum of their
-squares is the size of error to expect.
+to a functional with the weight z. The signs of these contributions are random, and the root of the sum of their squares
+is the size to expect of their sum.
 """
 
 from __future__ import annotations
@@ -28,17 +28,17 @@ from pairsim.physics.liquids.viscous import LEAST_RATE, ViscousLaw
 from pairsim.runtime.arrays import Array
 
 DEGREE = 6  # of the quadrature; chosen
-# Part of the square of the change of the shear rate that its square is at least, where slopes are evaluated; chosen.
+# Slopes are evaluated at the square of the shear rate plus this fraction of the square of its change; chosen.
 SMOOTHED = 0.25
-# Change of the shear rate, relative to it, from which on terms beyond the first order count. Where it changes by less
-# they are those of a smooth field, which cancel from cell to cell as contributions of the first order do.
+# Relative change of the shear rate above which terms beyond first order count. Where it changes by less they are those
+# of a smooth field, which cancel from cell to cell as contributions of first order do.
 LEAST_CHANGE = 0.1
 SMALLEST = 1e-300  # in place of a stress of 0
 IMAGINARY = 1e-30j  # complex step; it causes no cancellation
 
 
 def viscosity_scatter[R: EnrichedResidual](enriched: EnrichedScene[R], x: Array, weights: Array) -> Array:
-    """Contributions of the cells of a liquid without modes beyond the first order, in the order of its mesh, (k, m).
+    """Contributions beyond first order of the cells of a liquid without modes, in the order of its mesh, (k, m).
 
     Args:
         enriched: The scene.
@@ -48,7 +48,7 @@ def viscosity_scatter[R: EnrichedResidual](enriched: EnrichedScene[R], x: Array,
     liquid, scene = enriched.liquid, enriched.scene
     solution, (of_liquid, *of_solids) = enriched.parts(x)[0], enriched.parts(weights)
     recovered, added = (liquid.added(each, ["u"])["u"] for each in (solution[None], of_liquid))
-    # As the discrete velocity, the exact one is that of the particle on its surface.
+    # On the surface of a particle the exact velocity is that of the particle, as the discrete one is.
     enriched.join(recovered, (np.zeros((each.nodes[3].count, 1, 2)) for each in enriched.solids))
     enriched.join(added, (s.added(w, ["eta"])["eta"] for s, w in zip(enriched.solids, of_solids, strict=True)))
     for at in (enriched.wall, enriched.inlet, enriched.outlet):
@@ -65,17 +65,18 @@ def viscosity_scatter[R: EnrichedResidual](enriched: EnrichedScene[R], x: Array,
     for k, weight in enumerate(of_liquid):
         found[k] = np.einsum("mqc,mqc->m", left, rates.of(in_cells(weight) + added[nodes, k]))
     if scene.reference.mirrored:
-        # What a cell and its image contribute is one contribution, as most of it cancels in a relative velocity: each
-        # has half of its square. The second half of the cells are the images of the first.
+        # The contributions of a cell and of its mirror image are added, as they mostly cancel in a relative velocity,
+        # and each is given half the square of the sum. The second half of the cells are the images of the first.
         halves = found.reshape(len(found), 2, -1)
         found = ((halves + halves[:, ::-1]) / 2**0.5).reshape(found.shape)
     return found
 
 
 def _beyond_first_order(law: ViscousLaw, e: Array, more: Array) -> Array:
-    """The stress at e + more, less that at e and the change to first order in `more`, (..., 4).
+    """The stress at e + more, less the stress at e and its change to first order in `more`, (..., 4).
 
-    In a liquid with a yield stress it is no larger than the change itself.
+    It is 0 where the shear rate changes by less than `LEAST_CHANGE`, and in a liquid with a yield stress no larger than
+    the whole change.
     """
 
     def viscosity(gamma2: Any) -> Any:
@@ -90,7 +91,7 @@ def _beyond_first_order(law: ViscousLaw, e: Array, more: Array) -> Array:
     left = change - 2 * linear
     counts = 2 * (more**2).sum(axis=-1) > LEAST_CHANGE**2 * gamma2
     if law.yield_stress:
-        # Up to the yield stress linearised changes exceed several times the whole change, which is bounded.
+        # Below the yield stress a linearised change is several times the whole change, which is bounded.
         sizes = [np.sqrt((each**2).sum(axis=-1)) for each in (change, left)]
         counts = counts * np.minimum(1.0, sizes[0] / np.maximum(sizes[1], SMALLEST))
     return np.asarray(left * counts[..., None])
