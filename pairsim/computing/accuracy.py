@@ -1,4 +1,4 @@
-"""Whether the accuracy of what a case is computed for was kept: the entry of run.json, and warnings of what was not."""
+"""Whether the goals of a case were computed to its `accuracy`: the entry of run.json, and warnings if not."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from pairsim.solvers.curves.point import Point
 from pairsim.solvers.goals import Goal, Scale
 from pairsim.solvers.steady.continuation import each_of
 
-MOST_NAMED = 5  # places that a warning names
+MOST_NAMED = 5  # largest number of places that a warning names
 
 
 def adaptation_report(
@@ -30,14 +30,14 @@ def adaptation_report(
     points: Sequence[Point],
     largest: Mapping[Goal, float],
 ) -> tuple[dict[str, Said], list[Text]]:
-    """The entry of run.json, and a warning of the points whose errors are larger than wanted, for each goal.
+    """The entry of run.json, and for each goal a warning of the points whose errors are larger than wanted.
 
     Args:
         case: The case.
-        goals: What it is computed for.
-        report: What is said of its branch.
-        points: Its points for which `accuracy` counts.
-        largest: The largest values of goals, where they are known better than from these points.
+        goals: The goals of the case.
+        report: The report of its branch, with the largest values of goals.
+        points: The points that must meet `accuracy`.
+        largest: Largest values of goals that are known better than those in the report, and replace them.
     """
     known = [goal for goal in goals if all(point.estimate[goal].half_width.size for point in points)]
     found = [_Accuracy.of(case, report, goal, points, largest.get(goal)) for goal in known]
@@ -59,21 +59,21 @@ def adaptation_report(
 
 
 def _mesh_is_for(place: Sequence[float], case: SceneCase) -> dict[str, float | list[float]]:
-    """The distances that a mesh is made for, or the softness of a particle on its own."""
+    """Entry for a mesh: the distances that it is made for, or the Ca_e of a single particle."""
     return {"d" if case.n > 1 else "Ca_e": place[0] if len(set(place)) == 1 else list(place)}
 
 
 @dataclass(frozen=True)
 class _Accuracy:
-    """How well the accuracy of a goal was kept.
+    """How well a goal meets the accuracy.
 
     Attributes:
         goal: The goal.
-        size: The value that errors are relative to, if it is that of all points.
-        what: What they are relative to, in words.
-        errors: The largest error of each point.
-        arrested: Those where unyielded liquid arrests the particles, if the goal is creep there: no cells make it more
-            exact, and the answer says what it is.
+        size: The value that errors are relative to if it is the same for all points, else None.
+        what: What errors are relative to, in words.
+        errors: The largest error of the goal at each point that is not in `arrested`.
+        arrested: The same at points where unyielded liquid arrests the particles and the goal is creep: no mesh makes
+            it more exact, and the answer says what it is.
     """
 
     goal: Goal
@@ -113,7 +113,7 @@ class _Accuracy:
         return max((each.relative for each in (*self.errors, *self.arrested)), default=0.0)
 
     def warnings(self, case: SceneCase) -> Iterator[Message]:
-        """A warning of the points where more than `accuracy` is left."""
+        """Yield a warning of the points whose errors are larger than `accuracy`."""
         missed = [each.where for each in self.errors if each.relative > case.error_wanted]
         if not missed:
             return
@@ -142,7 +142,7 @@ def error_at(point: Point, goal: Goal, size: Array | float) -> ErrorAt | None:
 def listed(places: Sequence[Sequence[Text]]) -> Message:
     """Places in words, such as "De = 1, d = 0.1; d = 0.2".
 
-    What is the same at all of them, from the first parameter on, is said at the first one alone.
+    The leading parameters that all places have in common are named at the first place only.
 
     Args:
         places: The parameters of each, such as "De = 1" and "d = 0.1".

@@ -1,4 +1,4 @@
-"""What questions about one particle over Ca_e share: their keys and the steady states."""
+"""Common parts of the questions about a single particle over Ca_e: their keys and the steady states."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from pairsim.solvers.goals import Goal
     from pairsim.solvers.steady.ends import Ended
 
-WRINKLED = 2.0  # roughness of a surface from which it has waves as long as cells (`pairsim.fem.surface.roughness`)
+WRINKLED = 2.0  # roughness above which a surface has waves as long as cells (`pairsim.fem.surface.roughness`)
 
 
 class AlongCase(SceneCase):
@@ -53,14 +53,14 @@ class AlongCase(SceneCase):
 
 
 def check_along(case: AlongCase) -> Iterator[Mistake]:
-    """Yield the mistake of a rigid particle."""
+    """Yield a mistake if the particle is rigid."""
     if case.Ca_e == 0:
         why = "a rigid particle keeps its shape; pairsim curve has its velocity and pressure drop"
         yield Mistake("Ca_e", case.Ca_e, f"must be above 0{', as along replaces it' if case.along else f': {why}'}")
 
 
 def estimate_along(case: AlongCase) -> Estimate:
-    """Size and duration."""
+    """Estimate of the size and duration of the computation."""
     return steady_estimate(case, len(case.series))
 
 
@@ -72,11 +72,11 @@ def solve_along(
     Args:
         case: The case.
         monitor: The monitor of the computation.
-        workers: What shares the work.
-        columns: The first columns of the table, which has the name of the question; own ones have a `value` of a
-            `Found`.
+        workers: The processes that share the work.
+        columns: The first columns of the table, which has the name of the question; the `value` of a column that only
+            this question has takes a `Found`.
         shown: Name of the column that progress shows.
-        goals: What is asked for: `accuracy` is kept of these, or a warning says where it is not.
+        goals: The goals that must meet `accuracy`; a warning says where they do not.
     """
     from pairsim.computing.steady import Solutions, health_columns, told
     from pairsim.solvers.steady.ends import Ended
@@ -132,7 +132,7 @@ class Steady:
 
 
 def begun(case: AlongCase, found: Solutions, first: float, monitor: Monitor) -> AdaptiveBranch | Ended:
-    """The branch of steady states, at its first Ca_e."""
+    """The branch of steady states, solved at its first Ca_e, or where it ended before."""
     from pairsim.computing.problems import steady_problem
 
     start = Parameters((), case.solid_models, case.liquid_model).with_Ca_e(first)
@@ -140,7 +140,7 @@ def begun(case: AlongCase, found: Solutions, first: float, monitor: Monitor) -> 
 
 
 def steady_at(case: AlongCase, columns: Columns, branch: AdaptiveBranch, Ca_e: float) -> Steady | Ended:
-    """The steady state at a Ca_e."""
+    """The steady state at a Ca_e, or where the branch ended before it."""
     from pairsim.analysis.rows_of_points import point_row
     from pairsim.fem.surface import roughness
     from pairsim.solvers.steady.ends import Ended
@@ -156,7 +156,7 @@ def steady_at(case: AlongCase, columns: Columns, branch: AdaptiveBranch, Ca_e: f
 def solve_part(
     case: AlongCase, columns: Columns, goals: Sequence[Goal], values: Sequence[float], desk: Desk
 ) -> Iterator[FoundAt[float, Steady] | tuple[str, BranchReport]]:
-    """Solve the steady states at some Ca_e, in the process of a worker."""
+    """Solve the steady states at some values of Ca_e, in the process of a worker."""
     from pairsim.computing.steady import Solutions
 
     found = desk.kept(partial(Solutions, case, goals))

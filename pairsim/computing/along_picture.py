@@ -23,7 +23,7 @@ def draw_along(directory: Path, out: Path, page: Page, name: str, columns: Colum
         page: What they are drawn on, and in which units.
         name: Name of the table and of the picture.
         columns: The columns of the table.
-        drawn: Names of those that are drawn, with their half-widths; what an older folder does not have is left out.
+        drawn: Names of those that are drawn, with their half-widths; columns that an older folder lacks are left out.
     """
     units, case = Units.of(directory, page.physical), read_case(directory / "case.yaml")
     table = read_table(directory / f"{name}.csv", columns).converted(units.scales)

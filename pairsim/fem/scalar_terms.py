@@ -1,4 +1,4 @@
-"""The terms of a scene with scalar unknowns: integrals over the liquid's mesh and its ends, which no form contains.
+"""Terms with scalar unknowns in a scene: integrals over the liquid's mesh and its ends, which no form contains.
 
 The scalar unknowns are Lagrange multipliers: m of the zero mean pressure, with periodic ends the pressure drop dp of
 the flow rate, and the forces F of prescribed velocities of particles.
@@ -59,7 +59,7 @@ class ScalarTerms:
 
     @cached_property
     def drop(self) -> tuple[Indices, Array]:
-        """Indices and weights of the difference of the area means of p at the ends."""
+        """Indices and weights of the mean pressure at the inlet minus that at the outlet (means over the area)."""
         (i, w), (j, v) = self._end("p", self.nodes.inlet), self._end("p", self.nodes.outlet)
         return np.concatenate([i, j]), np.concatenate([w, -v]) / FLOW_RATE
 
@@ -68,10 +68,11 @@ class ScalarTerms:
         """The terms with scalar unknowns, which are not part of the forms, as a matrix of shape (n, n).
 
         m int q is added to continuity, and the equation of m is int p_f = 0. With periodic ends dp int_inlet v_z is
-        subtracted from momentum (Eq. (9) of the paper), and the equation of dp is the flow rate (Eq. (14)); with planes
-        it is the mean of theirs, since discrete flow rates change a little with the particles beside a section. The
-        force F on a particle is subtracted from momentum at its downstream pole, which the constraints add to that of
-        the whole surface, and the equation of F is the velocity of the pole.
+        subtracted from momentum (Eq. (9) of the paper), and the equation of dp is the flow rate (Eq. (14)). In a
+        reference domain with planes this is the mean of the flow rates through inlet and planes, since discrete flow
+        rates depend a little on the particles near a section. The force F on a particle is subtracted from the momentum
+        equation at its downstream pole, which the constraints add to those of the whole surface, and the equation of F
+        prescribes the velocity of the pole.
         """
         index, weight = self.gauge
         m = np.full(len(index), self.m)

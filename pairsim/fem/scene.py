@@ -33,14 +33,14 @@ from pairsim.runtime.arrays import Array, Indices
 def mesh_moves(particles: int, *, soft: bool, viscoelastic: bool, steady: bool) -> bool:
     """Whether the mesh of the liquid moves; forms for fixed meshes are cheaper.
 
-    In the frame of a single rigid particle the mesh is at rest. In time-dependent problems of viscoelastic liquids it
-    moves nevertheless, since the velocity of the frame is that of the particle at the previous step, and s is
-    convected relative to the mesh.
+    In the frame of a single rigid particle the mesh is at rest. In time-dependent problems of liquids with a memory it
+    moves nevertheless, since the velocity of the frame is that of the particle at the previous step, and transported
+    fields are convected relative to the mesh.
 
     Args:
         particles: Number of particles.
         soft: Whether any particle is deformable.
-        viscoelastic: Whether the liquid is viscoelastic.
+        viscoelastic: Whether the liquid has a memory.
         steady: Whether the problem is quasi-steady.
     """
     return soft or particles > (0 if viscoelastic and not steady else 1)
@@ -52,7 +52,7 @@ class Scene:
     Args:
         reference: Reference domain of the liquid.
         mesh: Mesh of the reference domain.
-        bodies: The particles, which the scenes before and after a remeshing have in common.
+        bodies: The particles, which the scenes before and after a remeshing share.
         periodic: Whether the ends are periodic, with an imposed flow rate; otherwise their velocity is prescribed.
         liquid: The liquid with its initial parameters.
         drive: What drives the liquid and the particles.
@@ -109,18 +109,18 @@ class Scene:
 
     @property
     def has_rates(self) -> bool:
-        """Whether stresses depend on rates of change: of what the liquid carries along, or of viscous solids."""
+        """Whether stresses depend on rates of change: of transported fields, or of the shapes of viscous solids."""
         viscous = (b.phase is not None and b.phase.material.viscosity is not None for b in self.bodies)
         return self.material.has_memory or any(viscous)
 
     def boundary_velocity(self, points: Array) -> Array:
-        """Velocity on the wall and on prescribed ends, in a Newtonian liquid, at points (z, r), shape (k, 2) both."""
+        """Velocity (z, r) on the wall and prescribed ends, as in a Newtonian liquid, at points, (k, 2) -> (k, 2)."""
         if self.drive.boundary is not None:
             return np.asarray(self.drive.boundary(points))
         return self.flow * poiseuille(points)
 
     def set_flow(self, x: Array, flow: float) -> None:
-        """Let the liquid flow at another mean velocity [U_av]: with prescribed ends as in a Newtonian one, in x."""
+        """Change the mean velocity of the liquid [U_av]; at prescribed ends, set x to the Newtonian profile."""
         self.flow = flow
         if not self.periodic:
             for nodes in (self.nodes.inlet, self.nodes.outlet):
@@ -182,7 +182,7 @@ class Scene:
         return self._resting(x)
 
     def _resting(self, x: Array) -> Array:
-        """A full vector whose velocities decrease from the ends to rest at the undeformed particles, in place."""
+        """Scale the axial velocities in x, in place, to decrease linearly from the ends to 0 at the particles."""
         geometry, points = self.reference.geometry, self.liquid.six_node_mesh.points
         poles = np.sort(np.ravel(geometry.centres + np.outer([-0.5, 0.5], geometry.betas)))
         end = geometry.length / 2
@@ -237,7 +237,7 @@ class Scene:
         return f
 
     def overstretched(self, x: Array) -> str:
-        """Message if tr c exceeds the bound of a mode's law somewhere, where it is not defined; otherwise empty."""
+        """Message if tr c exceeds somewhere the bound beyond which a mode's law is not defined; otherwise empty."""
         for i, law in enumerate(self.material.modes):
             if law.largest_trace is None:
                 continue

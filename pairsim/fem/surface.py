@@ -1,10 +1,10 @@
-"""How much the surfaces of soft particles are compressed.
+"""Compression of the surfaces of soft particles, and waves on them.
 
 Waves on the surface of an incompressible neo-Hookean or Mooney-Rivlin solid are neutral, whatever their length and
-whatever pressure acts on it, where the stretch along the wave over that normal to the surface is x = 0.2956, the root
-of x^3 + x^2 + 3 x = 1 (Biot, Appl. Sci. Res. A 12, 168, 1963). A surface that is compressed more has no smooth steady
-shape: it wrinkles, in waves as short as the cells allow. With the stretches l_m along the meridian and l_h around the
-axis the ratio is l_m^2 l_h for waves along the meridian.
+the pressure on the surface, where the ratio of the stretch along the wave to that normal to the surface is x = 0.2956,
+the root of x^3 + x^2 + 3 x = 1 (Biot, Appl. Sci. Res. A 12, 168, 1963). A surface that is compressed more has no smooth
+steady shape: it wrinkles, in waves as short as the cells allow. With the stretches l_m along the meridian and l_h
+around the axis, the ratio for waves along the meridian is l_m^2 l_h.
 """
 
 from __future__ import annotations
@@ -34,10 +34,10 @@ def least_compression(bodies: Sequence[Body], h: Array) -> float:
 
 
 def roughness(body: Body, h: Array) -> float:
-    """Largest ratio of the compression between two nodes to the geometric mean of that on both sides; 1 at rest.
+    """Largest ratio, or its inverse, of `compression` to the geometric mean of its two neighbours; 1 at rest.
 
-    Smooth shapes on the verge of wrinkles have up to 1.6, shapes with waves as long as cells from 2.4 on (seven shapes
-    at beta .5 to .65, with 28 to 56 cells on a half-circle).
+    It is up to 1.6 for smooth shapes on the verge of wrinkling, and at least 2.4 for shapes with waves as long as cells
+    (seven shapes at beta .5 to .65, with 28 to 56 cells on a half-circle).
     """
     log = np.log(compression(body, h))
     return float(np.exp(np.abs(log[1:-1] - (log[2:] + log[:-2]) / 2).max()))

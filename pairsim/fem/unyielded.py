@@ -1,4 +1,4 @@
-"""Where a liquid with a yield stress does not flow: the stress in cells, and what joins neighbouring particles."""
+"""Unyielded regions of a liquid with a yield stress: the stress in cells, and bridges between particles."""
 
 from __future__ import annotations
 
@@ -18,9 +18,10 @@ DEGREE = 4  # of the quadrature of the square of the shear rate; chosen
 
 
 def law_fields(scene: Scene, x: Array) -> dict[str, Array]:
-    """The fields that the law with a yield stress adds, at the mean of each cell, shape (m,) each.
+    """The fields that the law with a yield stress adds, by name, one value for each cell, shape (m,) each.
 
-    That is the root mean square of the shear rate for a viscosity, the mean of log c for a polymer.
+    The stress of a cell is that at the root mean square of its shear rate for a viscosity law, and that at the mean of
+    log c at its nodes for a polymer.
 
     Args:
         scene: The scene.
@@ -39,7 +40,7 @@ def law_fields(scene: Scene, x: Array) -> dict[str, Array]:
         tau = rate * law.viscosity(gamma2)
     else:
         tau = magnitude(scene.material, exponential(scene.log_conformations(x)[cells].mean(axis=1)))
-    # A contour is that of a yield surface, and a yield stress may be 0.
+    # A field with a contour level has it at the yield surface; a yield stress of 0 has none.
     wanted = {name: field for name, field in law.fields.items() if law.yield_stress or field.level is None}
     return {name: field.value(law, tau, rate) for name, field in wanted.items()}
 
@@ -47,7 +48,7 @@ def law_fields(scene: Scene, x: Array) -> dict[str, Array]:
 def bridges(scene: Scene, x: Array, h: Array) -> Array:
     """Radius of the cylinder around the axis in which no liquid yields between neighbouring particles [D_c], (N-1,).
 
-    0 where some on the axis yields, and in liquids without a yield stress.
+    It is 0 if liquid on the axis between them yields, and in liquids without a yield stress.
 
     Args:
         scene: The scene.

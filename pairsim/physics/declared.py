@@ -1,4 +1,4 @@
-"""What all laws in `liquids` and `solids` declare, for case files, `pairsim units`, pictures and pages."""
+"""Declarations of all laws, for case files, `pairsim units`, pictures and reference pages."""
 
 from __future__ import annotations
 
@@ -64,6 +64,6 @@ def _named() -> dict[str, Named]:
 FIELDS = {name: field for law in LAWS.values() for name, field in law.fields.items()}
 """The fields that laws add to fields.xdmf and to pictures, by name."""
 DIMENSIONS = _dimensions()
-"""The measurable quantities of materials but the modulus, by key: those of all liquids, then those of each law."""
+"""The measurable quantities of materials except the modulus, by key: those of all liquids, then those of each law."""
 PARAMETERS = _named()
 """The parameters of all laws by name."""

@@ -11,17 +11,17 @@ if TYPE_CHECKING:
     from pairsim.physics.waveform import Waveform
 
 PER_PARTICLE = {"per_particle": True}
-"""Metadata of the fields of a dataclass that have a value for each particle, from upstream."""
+"""Metadata of a dataclass field that has one value for each particle, from upstream."""
 
 
 @dataclass(frozen=True)
 class Drive:
-    """What drives the liquid and the particles. A case makes it, and its scene asks it.
+    """What drives the liquid and the particles; made by a case, and read by its scene.
 
     Attributes:
-        flow: Mean velocity of the liquid in the tube [U_av], which it defines; 0 for a liquid at rest. Of a flow that
-            varies in time it is that at t = 0.
-        velocity: Prescribed velocity of all particles, which are rigid [U_av]; None if they move by themselves.
+        flow: Mean velocity of the liquid in the tube [U_av]: 1 by the definition of U_av, 0 for a liquid at rest. If
+            the flow varies in time, its value at t = 0.
+        velocity: Prescribed velocity of all particles, which are rigid [U_av]; None if they move freely.
         boundary: Velocity on the wall and on prescribed ends as a function of points (z, r), (k, 2) -> (k, 2), in place
             of that of a developed flow; None in a tube.
         waveform: The mean velocity of the liquid [U_av] over time [D_c/U_av]; None if it is constant.
@@ -39,14 +39,14 @@ class Drive:
 
     @property
     def is_flow_alone(self) -> bool:
-        """Whether nothing but a flow of constant velocity 1 drives the particles; 0 for each of them is nothing."""
+        """Whether a flow of constant mean velocity 1 is the only drive; zeros for all particles do not count."""
         per_particle = (one.name for one in fields(self) if one.metadata == PER_PARTICLE)
         without: dict[str, Any] = {name: () for name in per_particle if not any(getattr(self, name))}
         return replace(self, **without) == type(self)()
 
     @property
     def free(self) -> bool:
-        """Whether the particles move by themselves, and their velocities are not prescribed."""
+        """Whether the particles move freely, that is, their velocities are not prescribed."""
         return self.velocity is None
 
     @property
@@ -55,7 +55,7 @@ class Drive:
         return self.waveform is not None
 
     def flow_at(self, t: float) -> float:
-        """Mean velocity of the liquid at a time [U_av]; before the jump where it jumps."""
+        """Mean velocity of the liquid at a time [U_av]; at a jump, its value before the jump."""
         return self.flow if self.waveform is None else self.waveform.at(t)
 
     def next_kink(self, t: float) -> float:
@@ -77,7 +77,7 @@ DEVELOPED = Drive()
 
 
 def repeated[T](of: T, count: int) -> T:
-    """A dataclass for `count` times as many particles: what it has for each of them is that of the same ones again."""
+    """A copy of a dataclass for `count` times as many particles: fields marked `PER_PARTICLE` are repeated."""
     each: Any = of
     of_particles = [one.name for one in fields(each) if one.metadata == PER_PARTICLE]
     return replace(each, **{name: getattr(of, name) * count for name in of_particles})

@@ -1,8 +1,8 @@
 """Fields of a phase: unknowns at the nodes of its mesh, and what forms, meshes and solvers must know of each.
 
-A liquid has velocity and pressure, and those that its laws declare: what the liquid carries along, such as the
-conformation of a polymer. Whatever holds for each of them is done in a loop over `Liquid.fields` or
-`Liquid.transported`; no other file knows which ones there are.
+A liquid has velocity, pressure and the fields that its laws declare, which are transported with the liquid, such as the
+conformation of a polymer. What has to be done for each of them is done in a loop over `Liquid.fields` or
+`Liquid.transported`; no other file knows which fields there are.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ class Field:
     Attributes:
         name: Its symbol.
         degree: Lagrange degree on triangles, 1 or 2.
-        components: Their number.
+        components: Number of components.
         odd: Components that are odd functions of r; the others are even.
-        transported: Whether the liquid carries it along. It then has a rate of change and a past, at periodic ends it
-            is equal, and at prescribed ones it has the values of the developed flow (`PipeState.fields`).
+        transported: Whether it is transported with the liquid. It then has a time derivative and a history, is equal at
+            periodic ends, and has the values of the developed flow (`PipeState.fields`) at prescribed ends.
         rest: Value of every component in a liquid at rest.
         free: Name of its free unknowns in a scene; by default `name`.
         carried: Whether it is interpolated to a new mesh; otherwise it follows from other unknowns there.
@@ -47,7 +47,7 @@ class Field:
         return self.free or self.name
 
     def times(self, count: int) -> Field:
-        """The field with the components of several of its kind, one after the other."""
+        """One field with the components of `count` fields of this kind, one after the other."""
         odd = tuple(self.components * i + c for i in range(count) for c in self.odd)
         return replace(self, components=self.components * count, odd=odd)
 
@@ -57,5 +57,5 @@ PRESSURE = Field("p", 1, free="p_f")
 DISPLACEMENT = Field("eta", 2, 2, odd=(1,), carried=False)
 """Displacement of a solid, or of the mesh of a liquid."""
 MESH_VELOCITY = Field("w", 1, 2, odd=(1,), carried=False)
-"""Velocity of the mesh in a quasi-steady liquid that remembers."""
+"""Velocity of the mesh in a quasi-steady liquid with a memory."""
 PRESSURE_OF_SOLID = replace(PRESSURE, free="p_s")

@@ -12,12 +12,13 @@ from pairsim.physics.conformation import IDENTITY, mode_stress, polymer_stress, 
 from pairsim.physics.liquids import ConformationLaw, Liquid, single
 from pairsim.runtime.arrays import Array
 
-# Steady shear is followed from slow rates on; all were chosen.
+# Steady shear is found by continuation from slow shear; all of these were chosen.
 FIRST_WEISSENBERG = 0.1
 MOST_APART = 0.8  # largest step of the logarithm of the Weissenberg number
 MOST_ITERATIONS = 20
-NEAR = 0.1  # relative change of a number or a rate up to which the solution before is the first guess
-STRAINS, TIMES = 20.0, 20.0  # of shear from rest with a yield stress; the second in relaxation times
+NEAR = 0.1  # relative change of a parameter or a rate up to which the last solution is the first guess
+# With a yield stress, steady shear is the state after shear from rest to this strain and for as many relaxation times.
+STRAINS, TIMES = 20.0, 20.0
 
 
 def shear(rate: float) -> Array:
@@ -31,7 +32,7 @@ def extension(rate: float) -> Array:
 
 
 def rate_of_change(liquid: Liquid, law: ConformationLaw, c: Any, L: Array) -> Array:
-    """Rate of change of the conformation of a mode, L c + c L^T and what relaxes, shape (4, n).
+    """Rate of change of the conformation of a mode, L c + c L^T plus relaxation, shape (4, n).
 
     Args:
         liquid: The liquid.
@@ -51,7 +52,7 @@ def conformation_after(liquid: Liquid, L: Array, end: float) -> Array:
     Args:
         liquid: The liquid.
         L: Velocity gradient, as in `rate_of_change`.
-        end: How long it flows [D_c/U_av].
+        end: Duration of the flow [D_c/U_av].
     """
 
     def rate(_: float, c: Array) -> Array:
@@ -73,7 +74,7 @@ def steady_shear(liquid: Liquid, rates: Array, memory: ShearMemory | None = None
     Args:
         liquid: The liquid.
         rates: Shear rates [U_av/D_c], (n,).
-        memory: What remembers the solution, for a similar liquid at the same rates.
+        memory: Keeps the solution as a first guess for a similar liquid at similar rates; None: no first guess.
 
     Returns:
         Viscosity over eta_0, and N1 over eta_0 U_av/D_c, (n,) each.
@@ -102,25 +103,25 @@ def normal_stresses(liquid: Liquid, rates: Array) -> tuple[Array, Array]:
 
 
 def falling_stress(liquid: Liquid, most: float) -> tuple[float, float] | None:
-    """The shear rates [U_av/D_c] up to `most` between which the shear stress falls, None if it grows all the way.
+    """The shear rates [U_av/D_c] up to `most` between which the shear stress falls, None if it grows throughout.
 
     A flow at such rates may form shear bands: its steady state is not unique, or is not found.
     """
-    rates, liquid = np.geomspace(1e-3 * most, most, 121), replace(liquid, yielding=None)  # tau_y adds to it
+    rates, liquid = np.geomspace(1e-3 * most, most, 121), replace(liquid, yielding=None)  # tau_y adds a constant
     falls = np.flatnonzero(np.diff(rates * steady_shear(liquid, rates)[0]) < 0)
     return (float(rates[falls[0]]), float(rates[falls[-1] + 1])) if len(falls) else None
 
 
 def _sheared(liquid: Liquid, rates: Array, memory: ShearMemory | None) -> list[Array]:
     """The conformations of all modes in steady shear, shape (4, n) each."""
-    if liquid.yielding is not None:  # Newton's method from slow rates would begin where nothing relaxes
+    if liquid.yielding is not None:  # continuation from slow shear would begin where nothing relaxes
         ends = STRAINS / rates + TIMES * liquid.longest
         after = [conformation_after(liquid, shear(r), t) for r, t in zip(rates, ends, strict=True)]
         return np.split(np.array(after).T, len(liquid.modes))
     found: dict[int, Array] = {}
     alone = [replace(law, time=1.0, weight=1.0) for law in liquid.modes]
     for law in dict.fromkeys(alone):
-        modes = [i for i, each in enumerate(alone) if each == law]  # which differ in their times alone
+        modes = [i for i, each in enumerate(alone) if each == law]  # they differ in relaxation time and weight alone
         Wi = np.concatenate([float(liquid.relaxation_time(liquid.modes[i])) * rates for i in modes])
         points = _Points(law, Wi, np.tile(rates**2, len(modes)))
         c = points.from_slow_rates() if memory is None else memory.solution(points, modes[0])
@@ -129,9 +130,10 @@ def _sheared(liquid: Liquid, rates: Array, memory: ShearMemory | None) -> list[A
 
 
 class _Points:
-    """Steady shear of a lone mode at points with Weissenberg numbers and squares of shear rates, (n,) each.
+    """Steady shear of a single mode at points with Weissenberg numbers and squares of shear rates, (n,) each.
 
-    Its time unit is the relaxation time, so that a law has the shear rate as it is, and the rate of change that of c.
+    Rates of change of c have the relaxation time of each point as unit of time; `gamma2`, on which a law may depend,
+    is in units of (U_av/D_c)^2.
     """
 
     def __init__(self, law: ConformationLaw, Wi: Array, gamma2: Array) -> None:
@@ -139,26 +141,35 @@ class _Points:
         self._liquid = single(law, 1.0)
 
     def from_slow_rates(self) -> Array:
-        """The conformations, shape (4, n), followed from Weissenberg numbers at which they are near equilibrium."""
+        """The conformations, shape (4, n), by continuation from slow shear, where they are near equilibrium."""
         steps = np.log(np.maximum(self.Wi / FIRST_WEISSENBERG, 1.0)) / MOST_APART
         c = np.tile(IDENTITY[:, None], len(self.Wi))
         before = c
         for i in range(int(np.ceil(steps.max(initial=0.0))) + 1):
             active = steps > i - 1
             along, last = np.minimum(steps[active], i), np.minimum(steps[active], i - 1)
-            ahead = (along - last) * (c - before)[:, active]  # the step before was a whole one
+            ahead = (along - last) * (c - before)[:, active]  # extrapolated; the last step was a whole one
             before = c.copy()
             back = np.exp(MOST_APART * (along - steps[active])) if i else np.minimum(1, FIRST_WEISSENBERG / self.Wi)
             c[:, active] = self._newton(c[:, active] + ahead, active, back)[0]
         return c
 
     def near(self, c: Array) -> Array | None:
-        """The conformations from those of points that are near to these; None if Newton's method does not settle."""
+        """The conformations, from those at nearby points as first guess; None if Newton's method does not converge."""
         found, settled = self._newton(c, np.full(len(self.Wi), True), np.ones(len(self.Wi)))
         return found if settled and np.isfinite(found).all() else None
 
     def _newton(self, c: Array, active: Any, back: Array) -> tuple[Array, bool]:
-        """The conformations of some points at a part of their rates, shape (4, m), and whether all have converged."""
+        """Newton's method for some points at fractions of their rates.
+
+        Args:
+            c: First guess of the conformations, shape (4, m).
+            active: Mask of these points, shape (n,).
+            back: Fractions of their rates, shape (m,).
+
+        Returns:
+            The conformations, shape (4, m), and whether all have converged.
+        """
         Wi, gamma2 = back * self.Wi[active], back**2 * self.gamma2[active]
         c, left = c.copy(), np.arange(len(Wi))
         with np.errstate(all="ignore"):
@@ -185,9 +196,10 @@ class _Points:
 
 
 class ShearMemory:
-    """The last steady shear of liquids of which each differs little from the one before, as in a fit.
+    """The last solutions of steady shear for liquids each of which differs little from the one before, as in a fit.
 
-    Where Weissenberg numbers and numbers of the laws have changed by less than a tenth, Newton's method begins there.
+    Newton's method starts from the last solution of a mode if Weissenberg numbers, shear rates and parameters of its
+    law have changed by no more than a tenth.
     """
 
     def __init__(self) -> None:
@@ -215,7 +227,7 @@ class ShearMemory:
 
 
 def moduli(liquid: Liquid, frequency: Array) -> tuple[Array, Array]:
-    """Storage and loss modulus over eta_0 U_av/D_c of small oscillations; the solvent has its viscosity at rest."""
+    """Storage and loss modulus [eta_0 U_av/D_c] at angular frequencies [U_av/D_c]; the solvent as in slow shear."""
     storage, loss = np.zeros_like(frequency), liquid.xi * liquid.solvent.viscosity(1e-12) * frequency
     for law in liquid.modes:
         x = frequency * liquid.relaxation_time(law)

@@ -12,8 +12,8 @@ import ufl
 
 from pairsim.physics.kinematics import Expr
 
-# For y below this value the functions of y are evaluated by their series; it was chosen such that the first term left
-# out is below 1e-12.
+# Below this value of y the functions of y are evaluated by their series; it was chosen such that the first omitted term
+# is below 1e-12.
 SMALL = 0.05
 
 

@@ -1,8 +1,8 @@
-"""What a material says about itself: the parameters of its law, with ranges, symbols, words and quantities.
+"""What a law declares about itself: its parameters, with ranges, symbols, descriptions and measurable quantities.
 
-The case file, `pairsim units`, the schema, messages, pictures and reference pages ask these declarations; nothing
-outside its file knows the name of a law or of its parameters. This module imports neither numpy nor UFL, since the
-checks of case files use it.
+Case files, `pairsim units`, the schema, messages, pictures and reference pages are made from these declarations;
+nothing outside its file knows the name of a law or of its parameters. This module imports neither numpy nor UFL, since
+the checks of case files use it.
 """
 
 from __future__ import annotations
@@ -66,8 +66,8 @@ class LawField:
 
     Attributes:
         symbol: Its symbol (TeX).
-        value: It, from the law, the magnitude |tau| of its stress, |tau|^2 = tau : tau/2 [eta_0 U_av/D_c], and the
-            shear rate [U_av/D_c].
+        value: Function that returns the field, from the law, the magnitude |tau| of its stress, |tau|^2 = tau : tau/2
+            [eta_0 U_av/D_c], and the shear rate [U_av/D_c].
         level: Value at which all pictures of fields have a contour; None: no contour.
     """
 
@@ -77,23 +77,24 @@ class LawField:
 
 
 NAMED: list[type[Material]] = []
-"""All laws in the order of their definition: classes with a name, those that ship and those that users bring."""
+"""All laws in the order of their definition, that is all classes with a name: those of the program and of users."""
 
 
 @dataclass(frozen=True)
 class Material:
     """Base of all laws: a frozen dataclass whose fields are parameters.
 
-    A parameter is a number, or a constant of a form: a law is compiled with constants in place of its numbers, so that
-    its methods are written for both.
+    A parameter is a number, or a constant of a form: forms are compiled with constants in place of the numbers of a
+    law, so that its methods must work with both.
 
     Attributes:
         name: Name of the law in case files.
         label: Its name in pictures and sentences.
         words: What the law describes, in a line.
         default: Whether it is the law of a case that names none.
-        regularisation: Name of the parameter that rounds off a kink of the stress, which vanishes as 1 over it; "" in a
-            law without a kink. Solutions are continued in its logarithm, with a new matrix in each iteration.
+        regularisation: Name of the parameter that rounds off a kink of the stress, with an error proportional to its
+            inverse; "" in a law without a kink. Solutions are continued in its logarithm, with a new matrix in each
+            iteration.
         fields: The fields that it adds, by name.
     """
 
@@ -116,7 +117,7 @@ class Material:
 
     @classmethod
     def anyhow(cls) -> Self:
-        """The law with some values for its parameters, where only its equations matter."""
+        """The law with arbitrary permitted values of its parameters, for uses in which only its equations matter."""
         return cls(**{name: p.least if p.default is None else p.default for name, p in cls.parameters().items()})
 
     @property
@@ -137,13 +138,13 @@ def laws_of[L: Material](package: str, path: Iterable[str], *kinds: type[L]) -> 
 
 
 def apart(a: Mapping[str, float], b: Mapping[str, float]) -> float:
-    """Largest relative difference of the numbers of two materials of the same laws."""
+    """Largest relative difference between the parameters, by name, of two materials of the same laws."""
     sizes = {name: max(abs(a[name]), abs(b[name])) for name in a}
     return max((abs(a[name] - b[name]) / size for name, size in sizes.items() if size), default=0.0)
 
 
 def between(a: Mapping[str, float], b: Mapping[str, float], tau: float, geometric: Container[str]) -> dict[str, float]:
-    """Numbers on the way from a (tau = 0) to b (1): geometric for some of them, linear for all others."""
+    """Numbers interpolated between a (tau = 0) and b (tau = 1), geometrically for some names, linearly for others."""
     return {
         name: a[name] * (b[name] / a[name]) ** tau
         if name in geometric and a[name] > 0

@@ -7,7 +7,7 @@ from typing import Any
 
 
 def _library(x: Any) -> Any:
-    """UFL for its expressions, numpy for all else; both take a while to import, and checks of case files need none."""
+    """UFL for its expressions, numpy for all else; imported here as both are slow, and checks of cases need neither."""
     plain = isinstance(x, int | float | complex) or type(x).__module__.partition(".")[0] == "numpy"
     return import_module("numpy" if plain else "ufl")
 
@@ -23,6 +23,6 @@ def sqrt(x: Any) -> Any:
 
 
 def expm1(x: Any) -> Any:
-    """exp(x) - 1; without cancellation for numbers, as UFL has none of its own."""
+    """exp(x) - 1, without cancellation for numbers and arrays; UFL has no such function."""
     library = _library(x)
     return library.exp(x) - 1 if library.__name__ == "ufl" else library.expm1(x)

@@ -1,4 +1,4 @@
-"""Laws that users bring: classes in files of their own, or in installed packages.
+"""Laws of users: classes in their own files, or in installed packages.
 
 `--laws FILE` and `pairsim.use_laws` put files into the environment variable PAIRSIM_LAWS, which child processes
 inherit; packages name laws as entry points in the groups `pairsim.liquids` and `pairsim.solids`. A case file
@@ -32,12 +32,12 @@ DECLARED = f"{_SHIPPED}.declared"
 
 
 def files() -> list[Path]:
-    """The files that were named."""
+    """The files with users' laws that have been named."""
     return [Path(each) for each in os.environ.get(OWN, "").split(os.pathsep) if each]
 
 
 def name_file(file: Path) -> None:
-    """Add a file to those that are loaded, in this process and its children.
+    """Name a file with laws, which this process and its children load.
 
     Raises:
         InputError: There is no such file.
@@ -52,13 +52,13 @@ def own_laws() -> Iterator[type[Material]]:
     """The laws in the named files, in the installed packages, and in modules that a program has imported.
 
     Raises:
-        InputError: A file or an entry point cannot be imported, or a law does not say all of itself.
+        InputError: A file or an entry point cannot be imported, or a law does not declare all that it must.
     """
     from importlib.metadata import entry_points
 
     for file in files():
         load_file(file)
-    named = entry_points()  # which reads the metadata of every installed package
+    named = entry_points()  # once, as this reads the metadata of every installed package
     for entry in (entry for group in GROUPS for entry in named.select(group=group)):
         try:
             entry.load()
@@ -83,7 +83,7 @@ def load_file(file: Path) -> list[type[Material]]:
     """The laws in a file.
 
     Raises:
-        InputError: It cannot be imported, or has none.
+        InputError: The file cannot be imported, or has no law.
     """
     module = _imported(file.resolve()).__name__
     laws = [law for law in NAMED if law.__module__ == module]
@@ -103,7 +103,7 @@ def _imported(file: Path) -> ModuleType:
         try:
             loader.exec_module(module)
         except Exception as error:
-            del sys.modules[name]  # a file that was mended is read again
+            del sys.modules[name]  # so that the file is read again once it has been corrected
             line = next((f.lineno for f in reversed(inspect.trace()) if f.filename == str(file)), None)
             line = error.lineno if isinstance(error, SyntaxError) else line
             raise InputError(str(file), "", None, _why(error), line=line) from error
@@ -115,7 +115,7 @@ def _why(error: Exception) -> str:
 
 
 def file_of(law: type[Material]) -> Path | None:
-    """The file of a law of a user's own; None for those that ship.
+    """The file of a user's law; None for a law of the program.
 
     Raises:
         InputError: The class is in no file, as in an interactive session.
@@ -123,7 +123,7 @@ def file_of(law: type[Material]) -> Path | None:
     if law.__module__.startswith(f"{_SHIPPED}."):
         return None
     try:
-        if law.__module__ != MAIN:  # which other processes would run again
+        if law.__module__ != MAIN:  # a file that other processes would run again
             return Path(inspect.getfile(law)).resolve()
     except (OSError, TypeError):
         pass
@@ -131,7 +131,7 @@ def file_of(law: type[Material]) -> Path | None:
 
 
 def digest_of(file: Path) -> str:
-    """Hash of the source of a law."""
+    """Hash of the source of a law, as hexadecimal digits."""
     return hashlib.sha256(file.read_bytes()).hexdigest()
 
 
@@ -146,7 +146,7 @@ def use_laws(*laws: str | PathLike[str] | type[Material]) -> None:
     """
     for each in laws:
         file = file_of(each) if isinstance(each, type) else Path(each)
-        if file is None:  # it ships
+        if file is None:  # a law of the program
             continue
         name_file(file)
         for law in [each] if isinstance(each, type) else load_file(file):

@@ -1,10 +1,10 @@
 """Flow without particles: start-up of tube flow of a liquid at constant flow rate, in one dimension.
 
 For a given polymer stress the momentum balance xi eta(u') u' + tau_rz = -G r/2 and the flow rate determine the shear
-rate u'(r) and the pressure gradient G algebraically: all there is to a liquid without modes. The conformation at each
-radius obeys an ordinary differential equation, and the equations of different radii are coupled through G alone. The
-flow rate is integrated by Gauss quadrature in r, which is spectrally accurate. See "Flow without particles" in
-docs/explanation/numerics.md.
+rate u'(r) and the pressure gradient G algebraically. For a liquid without a memory these are all the equations. The
+conformation (and the transported scalars) at each radius obey ordinary differential equations, and those of different
+radii are coupled through G alone. The flow rate is integrated by Gauss quadrature in r, which is spectrally accurate.
+See "Flow without particles" in docs/explanation/numerics.md.
 """
 
 from __future__ import annotations
@@ -31,19 +31,21 @@ from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import NoSteadyState
 from pairsim.runtime.message import Message
 
-LARGEST_ERRORS = {"rtol": 1e-9, "atol": 1e-11}  # of the start-up in a step, relative and absolute; chosen
+LARGEST_ERRORS = {"rtol": 1e-9, "atol": 1e-11}  # tolerances of a time step, relative and absolute; chosen
 OUT_OF_REACH = 1e9  # end time passed to LSODA, beyond the end of any run (see `Pipe.until`); chosen
 # Gauss points without and with a memory. The shear rate of a power law goes as r^(1/n), which 60 points resolve to 7e-8
 # and 120 to 1e-8 (n = 1.2); with modes there are 4 equations for each.
 POINTS = 120, 60
 FIRST_GRADIENT = 32.0  # that of a Newtonian liquid at unit mean velocity
-SMALLEST = 1e-300  # stress on the axis, which has no logarithm
+SMALLEST = 1e-300  # added to the size of stresses, as that on the axis is 0 and has no logarithm
 IMAGINARY = 1e-30j  # complex step; it causes no cancellation, so that any size far below rounding will do
 MOST_ITERATIONS = 10  # of Newton's method for the steady flow; chosen
-STRAINS = 20.0  # of the start-up with a yield stress; the gradient changed by less than 1e-5 of itself from 10 to 40
-MOST_OF_VISCOSITY = 200  # of Newton's methods for a viscosity that depends on the shear rate; chosen
+# Least duration of the start-up with a yield stress [D_c/U_av]; between 10 and 40 the gradient changed by less than
+# 1e-5 of itself.
+STRAINS = 20.0
+MOST_OF_VISCOSITY = 200  # iterations of Newton's methods for a viscosity that depends on the shear rate; chosen
 WIDEST = 20.0  # largest step of the logarithm of a shear rate where no bracket bounds it; chosen
-CLOSE = 1e-15  # of the flow and its gradient, relative to them
+CLOSE = 1e-15  # relative tolerance of shear rates and of the pressure gradient
 
 
 @dataclass(frozen=True)
@@ -57,7 +59,7 @@ class PipeState:
         c: Conformations of the M modes, components (zz, zr, rr, tt) each, shape (n, 4 M).
         p: Pressure over a cross-section, with zero mean [eta_0 U_av/D_c], shape (n,).
         wall_rate: Shear rate at the wall [U_av/D_c].
-        scalars: Other fields that the liquid carries along, by name, shape (n,).
+        scalars: Other transported fields, by name, shape (n,) each.
     """
 
     gradient: float
@@ -70,7 +72,7 @@ class PipeState:
 
     @property
     def fields(self) -> dict[str, Array]:
-        """The fields of the liquid by name, at the radii, (n, components); of the velocity the axial one alone."""
+        """The fields of the liquid by name, at the radii, (n, components); of the velocity only the axial component."""
         scalars = {name: values[:, None] for name, values in self.scalars.items()}
         conformation = {LOG_CONFORMATION.name: logarithm(self.c)} if self.c.shape[1] else {}
         return {VELOCITY.name: self.u[:, None], **scalars, **conformation}
@@ -131,7 +133,7 @@ class Pipe:
         return np.asarray(sum(parts[1:], parts[0]) if parts else np.zeros(len(self.r)))
 
     def _scalars(self, c: Array) -> Array:
-        """What the viscosity depends on beside the shear rate, shape (scalars, n)."""
+        """The transported scalars, on which the viscosity depends beside the shear rate, shape (scalars, n)."""
         return c[4 * len(self.liquid.modes) :]
 
     def _viscous(self, shear: Any, scalars: Array) -> Array:
@@ -144,14 +146,14 @@ class Pipe:
         return np.asarray(self._viscous(shear + IMAGINARY, scalars).imag / IMAGINARY.imag)
 
     def _shear(self, stress: Any, scalars: Any) -> Array:
-        """Shear rate u' of the solvent at a shear stress, shape (n,); both may have infinitesimal imaginary parts."""
+        """Shear rate u' at a shear stress of the solvent, shape (n,); both arguments may be those of complex steps."""
         if self.liquid.solvent.linear:
             return np.asarray(stress / self.liquid.xi)
         size, real = np.abs(stress.real) + SMALLEST, scalars.real
         x = np.log(size / self._slope(np.zeros_like(size), real))
         low, high = np.full_like(x, -np.inf), np.full_like(x, np.inf)
-        # Newton's method for log x by log(stress), whose slope does not vary much but in liquids with a yield stress:
-        # where a step leaves the bracket that is known, the bracket is halved.
+        # Newton's method for x = log(u') as a function of log(stress), whose slope varies little except in liquids with
+        # a yield stress: if a step would leave the known bracket, the bracket is halved instead.
         for _ in range(MOST_OF_VISCOSITY):
             found = self._viscous(np.exp(x), real)
             off = np.log(size / found)
@@ -233,7 +235,7 @@ class Pipe:
             tau = self._stress(moved)
             shear = self._shear(-(G * self.r / 2 + tau), self._scalars(moved))
             J[:, radius, j, radius] = self._change(moved, shear).imag / IMAGINARY.imag
-            # A conformation changes the stress, a scalar the shear rate at a stress.
+            # A conformation changes the polymer stress, a scalar the shear rate at a given stress.
             stress = tau.imag if j < k - len(scalars) else -slope * shear.imag
             G_c[j] = -of_stress * stress / IMAGINARY.imag
         moved_shear = self._shear(-((G + IMAGINARY) * self.r / 2 + self._stress(c)), scalars)
@@ -284,9 +286,10 @@ class Pipe:
         return lambda _: developed
 
     def steady(self, near: PipeState | None = None) -> PipeState:
-        """The steady, fully developed flow; with a yield stress that of a start from rest.
+        """The steady, fully developed flow; with a yield stress, the one that a start from rest leads to.
 
-        In the plug nothing relaxes: its stress is that of the start-up, which no equation of a steady flow tells.
+        Nothing relaxes in the plug: its stress remains from the start-up, and the equations of steady flow do not
+        determine it.
 
         Args:
             near: Developed flow of the same law at nearly the same De, as first guess of Newton's method. Without it,
@@ -351,12 +354,12 @@ class Pipe:
         return np.asarray(p - 2 / TUBE_RADIUS**2 * (total[-1] - total[0]))
 
     def _primitive(self, values: Array) -> Array:
-        """A primitive, at the radii, shape (n,), of the polynomial through values at the Gauss points."""
+        """An antiderivative of the polynomial through values at the Gauss points, at the radii, shape (n,)."""
         return np.asarray(self._primitives @ values)
 
     @cached_property
     def _primitives(self) -> Array:
-        """The primitives of the polynomials that are 1 at one of the Gauss points and 0 at the others, (n, n - 2)."""
+        """Antiderivatives, at the radii, of the Lagrange polynomials of the Gauss points, shape (n, n - 2)."""
         x, at = (2 * r / TUBE_RADIUS - 1 for r in (self._inner, self.r))
         series = legendre.legfit(x, np.eye(len(x)), len(x) - 1)
         return np.asarray(legendre.legval(at, legendre.legint(series, scl=TUBE_RADIUS / 2)).T)

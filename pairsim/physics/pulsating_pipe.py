@@ -1,4 +1,4 @@
-"""Flow without particles at a flow rate that varies in time: that of a `Pipe`, from kink to kink of a waveform."""
+"""Flow without particles at a flow rate that varies in time: a `Pipe`, integrated from kink to kink of a waveform."""
 
 from __future__ import annotations
 
@@ -19,25 +19,25 @@ FIRST_STEP = 1e-5  # of the integration in a piece, in cycles; chosen
 
 
 class PulsatingPipe(Pipe):
-    """Tube flow at a flow rate that varies in time, a function of time: integrated up to the times that are asked for.
+    """Tube flow at a flow rate that varies in time. A call with a time integrates the flow up to this time.
 
     Args:
         liquid: The liquid.
         waveform: The mean velocity [U_av] over time [D_c/U_av].
-        start: A flow from whose stresses it starts; None: an unstressed liquid.
+        start: The flow whose stresses are the initial ones; None: an unstressed liquid.
     """
 
     def __init__(self, liquid: Liquid, waveform: Waveform, start: PipeState | None = None) -> None:
         super().__init__(liquid, waveform.at(0.0))
         self._waveform = waveform
-        self._piece = 0.0, waveform.next_kink(0.0)  # that which is being integrated
+        self._piece = 0.0, waveform.next_kink(0.0)  # the piece between kinks that is being integrated
         self._times, self._parts = [0.0], list[scipy.integrate.DenseOutput]()
         self._first = self._start if start is None else start.state.ravel()
         self._solver = self._begin(self._first) if liquid.has_memory else None
         self._last_state: tuple[float, PipeState] | None = None
 
     def __call__(self, t: float) -> PipeState:
-        """The flow at a time [D_c/U_av]; before the jump where it jumps.
+        """The flow at a time [D_c/U_av]; at a jump, the flow before the jump.
 
         Raises:
             NoSteadyState: The time integration failed.
@@ -79,7 +79,7 @@ class PulsatingPipe(Pipe):
         self._parts.append(self._solver.dense_output())
 
     def _flow_in_piece(self, t: float) -> float:
-        """The flow at a time of the present piece, at whose ends it may jump."""
+        """Mean velocity at a time of the present piece; if it jumps at an end of the piece, its value inside."""
         begin, end = self._piece
         return self._waveform.after(begin) if t <= begin else self._waveform.at(min(t, end))
 

@@ -1,4 +1,4 @@
-"""What is left of a viscoelastic liquid in slow flow: the normal stress coefficients of a second-order fluid.
+"""The slow-flow limit of a viscoelastic liquid: the normal stress coefficients of a second-order fluid.
 
 To first order in De every liquid with a fading memory and a viscosity that does not depend on the shear rate is a
 second-order fluid, with Psi_1 = N_1/gamma^2 and Psi_2 = N_2/gamma^2 of slow steady shear (Bird, Armstrong and Hassager,
@@ -15,8 +15,8 @@ import numpy as np
 from pairsim.physics.homogeneous import normal_stresses, steady_shear
 from pairsim.physics.liquids import Liquid
 
-SLOW = 1e-3  # largest Weissenberg number of shear that is slow: what follows is off by its square; chosen
-RATES = np.linspace(0.1, 1.0, 10)  # at which shear is compared with slow shear, over the largest one
+SLOW = 1e-3  # Weissenberg number of slow shear: coefficients are off by about its square; chosen
+RATES = np.linspace(0.1, 1.0, 10)  # shear rates, over the largest one, at which shear is compared with slow shear
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class SecondOrderFluid:
 
 
 def departure(liquid: Liquid, rate: float) -> float:
-    """By which part viscosity or first normal stress coefficient differ from those of slow shear, up to a rate.
+    """Largest relative difference of viscosity or first normal stress coefficient from slow shear, up to a shear rate.
 
     Args:
         liquid: The liquid.
@@ -58,5 +58,5 @@ def departure(liquid: Liquid, rate: float) -> float:
 
 
 def slower(liquid: Liquid, factor: float) -> Liquid:
-    """The same liquid at another De, as in a slower flow, but for numbers of its laws that depend on the rate."""
+    """The same liquid with De multiplied by a factor, as in a slower flow; other parameters are not changed."""
     return replace(liquid, De=factor * liquid.De) if liquid.modes else liquid

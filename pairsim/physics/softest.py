@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from pairsim.physics.liquids import Liquid
 
-# Largest Ca_e with steady shapes, and how far it varies, as a part of itself: equal pairs at six distances from 0.02 to
-# 0.8, each followed in Ca_e to the end of its branch on two meshes (docs/explanation/decisions.md, "Soft particles").
-# The distance matters little, since it is the flow at the wall that strains the rim of each particle.
+# Largest Ca_e with steady shapes and its relative variation, by beta: equal pairs at six distances from 0.02 to 0.8,
+# each followed in Ca_e to the end of its branch on two meshes (docs/explanation/decisions.md, "Soft particles"). The
+# distance matters little, since it is the flow at the wall that strains the rim of each particle.
 LARGEST = {
     0.15: (0.423, 0.02),
     0.2: (0.319, 0.06),
@@ -22,18 +22,18 @@ LARGEST = {
     0.7: (0.093, 0.30),
 }
 WALL_RATE = 8.0  # shear rate at the wall of Poiseuille flow [U_av/D_c]
-# Tension of the polymer at the wall, times beta, over the modulus from which steady states end before: one of nineteen
-# points above it had a steady state, of the nineteen soft ones below it eighteen (fifty points at random, all laws,
-# De .2 to 5, Ca_e to .3, beta .15 to .75, and ten of another seed).
+# Tension of the polymer at the wall, times beta, over the modulus, above which there is rarely a steady state: of
+# nineteen points above it one had a steady state, of nineteen soft ones below it eighteen (fifty points at random, all
+# laws, De .2 to 5, Ca_e to .3, beta .15 to .75, and ten of another seed).
 TENSION = 1.5
 
 
 def largest_Ca_e(beta: float) -> tuple[float, float]:
-    """Largest Ca_e with a steady shape in a Newtonian liquid at a diameter, and its error as a part of itself.
+    """Largest Ca_e with a steady shape in a Newtonian liquid at a diameter beta, and its relative error.
 
-    Log-linear between the values computed; beyond them beta Ca_e is constant.
+    Between the computed values log(beta Ca_e) is linear in beta; beyond them it is constant.
     """
-    from numpy import interp, log  # which takes a while
+    from numpy import interp, log  # slow to import
 
     found = list(LARGEST)
     inside = min(max(beta, found[0]), found[-1])
@@ -43,7 +43,7 @@ def largest_Ca_e(beta: float) -> tuple[float, float]:
 
 
 def beyond_steady_shapes(betas: Sequence[float], Ca_es: Sequence[float]) -> Iterator[str]:
-    """A warning for particles softer than the last with a steady shape in a Newtonian liquid."""
+    """Yield a warning for each kind of particle softer than the softest with a steady shape in a Newtonian liquid."""
     for beta, Ca_e in sorted(set(zip(betas, Ca_es, strict=True))):
         largest, error = largest_Ca_e(beta)
         if Ca_e > largest * (1 + error):
@@ -66,7 +66,7 @@ def tension(liquid: Liquid, betas: Sequence[float], Ca_es: Sequence[float]) -> f
 
 
 def beyond_tension(liquid: Liquid, betas: Sequence[float], Ca_es: Sequence[float]) -> Iterator[str]:
-    """A warning for particles that the tension of the polymer should stretch without limit."""
+    """Yield a warning if the tension of the polymer is likely to stretch particles without limit."""
     if (ratio := tension(liquid, betas, Ca_es)) > TENSION:
         yield (
             f"the polymer may stretch the particles without limit: its tension at the wall (the first normal stress "

@@ -13,6 +13,6 @@ def velocity(beta: float) -> float:
 
 
 def velocity_by_size(beta: float) -> float:
-    """The derivative of the logarithm of `velocity` by that of beta."""
+    """The derivative of log(`velocity`) with respect to log(beta)."""
     above = (4 / 3 * beta**2 + 5 * 0.20217 * beta**5) / (1 - 2 / 3 * beta**2 - 0.20217 * beta**5)
     return 5 * 0.75857 * beta**5 / (1 - 0.75857 * beta**5) - above

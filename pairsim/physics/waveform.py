@@ -14,8 +14,8 @@ from functools import cached_property
 from itertools import pairwise
 from math import asin, cos, floor, inf, isfinite, pi, sin, sqrt
 
-SAME = 1e-12  # part of a time, or of 1, by which rounding changes times
-FLAT = 1e-12  # part of the largest flow below which a jump, or a change of slope over a cycle, is rounding
+SAME = 1e-12  # tolerance of times for rounding, relative to the larger of the time and 1
+FLAT = 1e-12  # fraction of the largest flow below which a jump, or a change of slope times the cycle, is rounding
 
 
 class Waveform(ABC):
@@ -33,7 +33,7 @@ class Waveform(ABC):
 
     @abstractmethod
     def at(self, t: float) -> float:
-        """The flow at a time from 0 on; before the jump where it jumps, but after it at 0."""
+        """The flow at a time from 0 on; at a jump, its value before the jump, but at 0 that after it."""
 
     @abstractmethod
     def after(self, t: float) -> float:
@@ -41,7 +41,7 @@ class Waveform(ABC):
 
     @abstractmethod
     def slope(self, t: float) -> float:
-        """Its rate of change, before a kink."""
+        """Its rate of change at a time; at a kink, that before the kink."""
 
     @abstractmethod
     def slope_after(self, t: float) -> float:
@@ -67,7 +67,7 @@ class Waveform(ABC):
     @property
     @abstractmethod
     def mean_size(self) -> float:
-        """The mean of its absolute value over a cycle."""
+        """Mean of its absolute value over a cycle."""
 
     @property
     @abstractmethod
@@ -131,7 +131,7 @@ class Polyline(Waveform):
     Attributes:
         times: The times, ascending from 0, at least two.
         flows: The flow at each of them.
-        repeats: Whether it repeats after the last time; else it stays as it is then.
+        repeats: Whether it repeats after the last time; otherwise it keeps its last value.
     """
 
     times: tuple[float, ...]
@@ -147,9 +147,10 @@ class Polyline(Waveform):
         return self.times[-1]
 
     def _phase(self, t: float, *, later: bool) -> tuple[float, int]:
-        """Time within the cycle and the place of the segment, that which ends at a time or the `later` one.
+        """Time within the cycle, and index of the segment.
 
-        The place is that of the last time where the flow no longer changes.
+        At the end of a segment it is the index of this segment, or of the next one if `later`. Where the flow no longer
+        changes it is the index of the last time.
         """
         little, cycles = SAME * max(1.0, t), 0
         t = max(t, 0.0)

@@ -1,8 +1,9 @@
 """The residual of a scene tested with weights one degree above the space of its test functions.
 
-The adjoint of a functional is recovered on the mesh of each phase, z+, and the difference from the discrete one, the
-weight z+ - z_h, is the test function of the residual. It is zero where exact and discrete solution meet the same
-condition: u on wall, ends and rigid surfaces, transported fields on the ends.
+The adjoint of a functional is recovered on the mesh of each phase, and the residual is tested with the difference
+between the recovered and the discrete adjoint, the weight z+ - z_h. The weight is zero where exact and discrete
+solution satisfy the same boundary condition: for u on wall, ends and rigid surfaces, for transported fields on the
+ends.
 """
 
 from __future__ import annotations
@@ -24,10 +25,10 @@ class WeightedResidual:
 
     Attributes:
         sums: The tested residuals R(x_h; z+ - z_h), (k,); estimates of errors are minus these.
-        in_liquid: The part of the liquid in `sums`, (k,); the rest is that of the particles.
-        changes: Changes of `sums` by another recovery of the weights of the pressures, (k,).
+        in_liquid: The part of `sums` that comes from the liquid, (k,); the rest comes from the particles.
+        changes: Changes of `sums` if the weights of the pressures are recovered from narrower patches, (k,).
         stress_products: Gram matrix of the cell indicators, sum_K q_iK q_jK over the cells K of the liquid, (k, k).
-            Where the weight of the stress is not resolved indicators have random signs, and the root of a diagonal
+            Where the weight of the stress is not resolved, indicators have random signs, and the root of a diagonal
             entry is the size to expect of the sum of a functional's indicators.
         stress_by_cell: The cell indicators q_iK, (k, m): contributions of the constitutive equations of modes and
             scalars to `sums`; in a liquid without a memory those of `viscosity_scatter`; None in a Newtonian liquid.
@@ -46,8 +47,8 @@ class WeightedResidual:
         """Test the residual with what the recovery adds to discrete adjoints.
 
         Args:
-            enriched: The scene; its phases have the unknowns at which the residual is taken.
-            x: These unknowns as a full vector, (n,).
+            enriched: The scene, whose phases are set to the unknowns x.
+            x: The unknowns at which the residual is evaluated, as a full vector, (n,).
             weights: Discrete adjoints z_h as full vectors, (k, n).
         """
         own = enriched.parts(weights)
@@ -79,7 +80,7 @@ class WeightedResidual:
 def _by_cell(
     phase: EnrichedPhase[EnrichedTests], residual: dict[str, Array], weights: dict[str, Array]
 ) -> dict[str, Array]:
-    """The residual of the equation of each field tested with weights, in the cells, (k, m)."""
+    """Contribution of each cell to the residual tested with weights, by field, (k, m)."""
     return {
         name: np.einsum("mqkc,mqc->km", phase.in_cells(name, values), residual[name], optimize=True)
         for name, values in weights.items()

@@ -25,5 +25,5 @@ def solid(kin: Kinematics, q: Expr, dX: ufl.Measure) -> ufl.Form:
 
 
 def expansion(kin: Kinematics) -> Expr:
-    """Relative change of the volume of a solid, J R/r - 1, zero but for the discretisation."""
+    """Relative change of volume in a solid, J R/r - 1, zero up to the error of discretisation."""
     return kin.J * kin.hoop - 1

@@ -1,4 +1,4 @@
-"""Extra stresses in UFL from what the laws of liquids and solids say, in units of eta_0 U_av/D_c.
+"""Extra stresses in UFL by the laws of liquids and solids, in units of eta_0 U_av/D_c.
 
 Each function returns the (z, r) block and the hoop component.
 """
@@ -16,7 +16,7 @@ from pairsim.physics.solids import Solid
 
 
 def gamma2(kin: Kinematics, u: Expr) -> Expr:
-    """Square of the shear rate, 2 e : e, with a least value for laws without a viscosity at rest."""
+    """Square of the shear rate, 2 e : e, plus the square of `LEAST_RATE` for laws without a viscosity at rest."""
     e = ufl.sym(kin.grad(u))
     return 2 * (ufl.inner(e, e) + kin.hoop_rate(u) ** 2) + LEAST_RATE**2
 

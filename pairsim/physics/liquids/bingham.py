@@ -41,7 +41,7 @@ class Bingham(Plastic, ViscousLaw):
         return self.flowing(gamma2) - self.Bn * expm1(-self.m * gamma) / gamma
 
     def flowing(self, gamma2: Any) -> Any:
-        """The viscosity without the yield stress."""
+        """The viscosity without the contribution of the yield stress."""
         return 1.0
 
     def easier(self) -> Self:

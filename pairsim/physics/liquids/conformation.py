@@ -16,8 +16,8 @@ from typing import Any, ClassVar
 from pairsim.physics.fields import Field
 from pairsim.physics.material import Material, Parameter
 
-# A liquid with a smaller alpha or epsilon hardens in extension as Oldroyd-B does, with thin layers of stress. A guess
-# between what was measured: alpha 0.2, epsilon 0.25 and Oldroyd-B.
+# A liquid with a smaller alpha or epsilon hardens in extension as Oldroyd-B does, with thin layers of stress. A guess:
+# measured were alpha 0.2 and epsilon 0.25 on one side, and Oldroyd-B, with 0, on the other.
 LEAST_THINNING = 0.1
 # The weight in the norm of a time step was chosen such that dU follows that of finer steps through the start-up.
 LOG_CONFORMATION = Field("s", 2, 4, odd=(1,), transported=True, step_weight=0.4, most_change=1.0)
@@ -26,7 +26,7 @@ LOG_CONFORMATION = Field("s", 2, 4, odd=(1,), transported=True, step_weight=0.4,
 
 @dataclass(frozen=True)
 class Invariants:
-    """What the scalars of a law may depend on.
+    """The arguments of the scalars of a law.
 
     Attributes:
         trace: tr c.
@@ -43,13 +43,14 @@ class Invariants:
 class ConformationLaw(Material):
     """A law of the conformation tensor.
 
-    The equilibrium is c = I, where both sums vanish; there g_1 + 2 g_2 = 1 and h_1 = 1 define De and G.
+    The equilibrium is c = I, where the relaxation g_0 + g_1 + g_2 and the stress h_0 + h_1 vanish; there
+    g_1 + 2 g_2 = 1 and h_1 = 1, which defines De and G.
 
     Attributes:
         time: Relaxation time of the mode over that of the liquid's Deborah number.
-        weight: Part of the mode in the viscosity of all modes; those of a liquid add up to 1.
+        weight: Fraction of the polymer viscosity that is due to the mode; those of a liquid add up to 1.
         hardens: Whether the law hardens in extension as Oldroyd-B does, with thin layers of stress at particles.
-        largest_trace: Bound of tr c where the law ends, None if it has none.
+        largest_trace: Bound of tr c beyond which the law is not defined, None without one.
     """
 
     time: Any = 1.0

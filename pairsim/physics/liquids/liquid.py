@@ -1,4 +1,4 @@
-"""A liquid: a solvent with its viscosity law, and the modes of its polymer with a law of the conformation each."""
+"""A liquid: a solvent with a viscosity law, and polymer modes, each with a law of the conformation."""
 
 from __future__ import annotations
 
@@ -20,7 +20,9 @@ if TYPE_CHECKING:
 
 SEVERAL_TIMES = "; several relaxation times are modes, liquid: {law: modes, modes: [...]}"
 LEAST_STRAIN2 = 1e-12  # added to |c_d|^2, so that |tau_d| has a derivative at rest; chosen
-COLD_DEBORAH = 0.01  # log c overflows from 0.02 in gaps of 0.02, from 0.05 at N_p 28
+# Deborah number of the first solution from undeformed spheres: log c overflows from 0.02 on in gaps of 0.02, and from
+# 0.05 on at N_p 28.
+COLD_DEBORAH = 0.01
 
 
 @dataclass(frozen=True)
@@ -34,7 +36,7 @@ class Liquid:
         xi: Viscosity of the solvent over eta_0; 1 without modes.
         De: Deborah number, 0 without modes.
         modes: The modes of the polymer; none in a liquid without a memory.
-        yielding: What a yield stress does to the relaxation of its only mode; None without one.
+        yielding: The law by which a yield stress stops the relaxation of its only mode; None without one.
     """
 
     solvent: ViscousLaw = Newtonian()
@@ -76,13 +78,13 @@ class Liquid:
 
     @property
     def transported(self) -> tuple[Field, ...]:
-        """The fields that it carries along, as its laws declare them; the conformations of all modes are one field."""
+        """The transported fields that its laws declare; the conformations of all modes are one field."""
         of_modes = (LOG_CONFORMATION.times(len(self.modes)),) if self.modes else ()
         return *self.solvent.transported, *of_modes
 
     @property
     def has_memory(self) -> bool:
-        """Whether its stress depends on what the liquid has gone through, and not on its present motion alone."""
+        """Whether its stress depends on the history of the motion, and not on the present motion alone."""
         return bool(self.transported)
 
     @property
@@ -137,7 +139,7 @@ class Liquid:
 
     @property
     def regularisation(self) -> str:
-        """The name among `numbers` of what rounds off a kink of its stress; "" without one."""
+        """Key in `numbers` of the parameter that rounds off a kink of the solvent's stress; "" without one."""
         return self.solvent.regularisation and f"solvent.{self.solvent.regularisation}"
 
     def sharper(self, factor: float) -> Liquid:
@@ -148,7 +150,10 @@ class Liquid:
         return self.with_numbers(numbers | {m: factor * numbers[m]}) if m else self
 
     def towards(self, other: Liquid, tau: float) -> Liquid:
-        """A liquid on the way to another one of the same laws: geometric in De and the regularisation, else linear."""
+        """A liquid between this one (tau = 0) and another one of the same laws (tau = 1).
+
+        The interpolation is geometric in De and in the regularisation, and linear in all other parameters.
+        """
         return self.with_numbers(between(self.numbers, other.numbers, tau, {"De", self.regularisation}))
 
     def easier(self) -> Liquid:
@@ -160,7 +165,7 @@ class Liquid:
         return (1 - self.xi) * mode.weight / (self.De * mode.time)
 
     def relaxation(self, mode: ConformationLaw, at: Invariants) -> tuple[Any, ...]:
-        """The scalars g_0, g_1 and g_2 of a mode, multiplied by what its stress makes of the yield stress."""
+        """The scalars g_0, g_1 and g_2 of a mode, multiplied by the factor kappa of a yield stress."""
         g = mode.relaxation(at)
         if self.yielding is None:
             return g
@@ -168,13 +173,13 @@ class Liquid:
         return tuple(kappa * each for each in g)
 
     def magnitude(self, mode: ConformationLaw, at: Invariants) -> Any:
-        """|tau_d| of the deviatoric stress of a mode, |tau_d|^2 = tau_d : tau_d/2 [eta_0 U_av/D_c]."""
+        """Magnitude |tau_d| of the deviatoric stress of a mode, |tau_d|^2 = tau_d : tau_d/2 [eta_0 U_av/D_c]."""
         strain2 = (at.square - at.trace**2 / 3) / 2 + LEAST_STRAIN2
         return self.modulus(mode) * sqrt(mode.stress(at)[1] ** 2 * strain2)
 
     @property
     def plastic(self) -> ViscousLaw | YieldLaw:
-        """The law that has the yield stress, 0 where there is none."""
+        """The law with the attribute `yield_stress`, which is 0 in a liquid without one."""
         return self.yielding or self.solvent
 
     def relaxation_time(self, mode: ConformationLaw) -> Any:
@@ -183,7 +188,7 @@ class Liquid:
 
     @property
     def longest(self) -> float:
-        """The longest time in which it forgets, mostly a relaxation time [D_c/U_av]; 0 without a memory."""
+        """The longest of the relaxation times of modes and solvent [D_c/U_av]; 0 without a memory."""
         return max([float(self.solvent.memory), *(float(self.relaxation_time(mode)) for mode in self.modes)])
 
     @property

@@ -1,4 +1,4 @@
-"""Viscosity laws with a structure: scalars that the liquid carries along, which flow breaks down and rest restores.
+"""Viscosity laws with a structure: transported scalars, which flow breaks down and rest restores.
 
 The stress is 2 eta e(u) with eta a function of the shear rate gamma and of scalars l, each of which obeys
 
@@ -27,7 +27,7 @@ class StructuredLaw(ViscousLaw):
         raise NotImplementedError
 
     def rates(self, gamma2: Any, *state: Any) -> tuple[Any, ...]:
-        """Rates of change f of the scalars, seen by observers who move with the liquid [U_av/D_c]."""
+        """Material derivatives Dl/Dt = f of the scalars [U_av/D_c]."""
         raise NotImplementedError
 
     def in_steady_shear(self, gamma2: Any) -> tuple[Any, ...]:

@@ -1,4 +1,4 @@
-"""Viscosity laws: liquids, and solvents of viscoelastic liquids, whose stress follows the rate of deformation at once.
+"""Viscosity laws, of liquids and of solvents of viscoelastic liquids: the stress follows the present rate of strain.
 
 The stress is 2 eta e(u), with the viscosity eta a function of the shear rate gamma = sqrt(2 e : e).
 """
@@ -14,7 +14,7 @@ from pairsim.quantities.kinds import STRESS
 from pairsim.quantities.measurable import Measurable, Usual, a_viscosity
 
 # Shear rate [U_av/D_c] below which the viscosity is constant: that of a power law would be infinite at rest. Chosen;
-# velocities change by less than 1e-7 from 1e-2 to 1e-6.
+# velocities change by less than 1e-7 between values of 1e-2 and 1e-6.
 LEAST_RATE = 1e-6
 
 ZERO_SHEAR = a_viscosity(
@@ -38,14 +38,14 @@ YIELD_STRESS = Measurable(
 
 @dataclass(frozen=True)
 class Plastic(Material):
-    """What laws with a yield stress have in common."""
+    """Base of the laws with a yield stress."""
 
     fields: ClassVar = {"yielding": LawField(r"|\tau|/\tau_y", lambda law, tau, _: tau / law.yield_stress, level=1.0)}
     Bn: Any = parameter(r"\mathrm{Bn}", "Bingham number tau_y D_c/(eta_0 U_av)", 0.0, 1e4, dimension=YIELD_STRESS)
 
     @property
     def yield_stress(self) -> Any:
-        """Stress [eta_0 U_av/D_c] up to which the liquid does not flow but for a blunted kink."""
+        """Stress [eta_0 U_av/D_c] up to which the liquid does not flow, except by the rounding of the kink."""
         return self.Bn
 
 
@@ -55,8 +55,7 @@ class ViscousLaw(Material):
 
     Attributes:
         linear: Whether the viscosity is constant.
-        transported: Scalar fields on which it depends, and which the liquid carries along; a law that has some is a
-            `StructuredLaw`.
+        transported: Transported scalar fields on which it depends; a law that has any is a `StructuredLaw`.
         measured: The quantity that gives the unit of viscosity eta_0, by `unit_viscosity`.
     """
 
@@ -74,16 +73,16 @@ class ViscousLaw(Material):
 
     @property
     def yield_stress(self) -> Any:
-        """Stress [eta_0 U_av/D_c] up to which the liquid does not flow but for the regularisation."""
+        """Stress [eta_0 U_av/D_c] up to which the liquid does not flow, except by the regularisation; 0 without one."""
         return 0.0
 
     def viscosity_at(self, gamma2: Any, *state: Any) -> Any:
-        """The viscosity where the liquid carries scalars along, on which it may depend, too."""
+        """Viscosity over its unit at a square of the shear rate, and at values of the transported scalars if any."""
         return self.viscosity(gamma2)
 
     @property
     def memory(self) -> Any:
-        """Time in which these scalars forget [D_c/U_av]; 0 without any."""
+        """Relaxation time of the transported scalars [D_c/U_av]; 0 without any."""
         return 0.0
 
     def easier(self) -> Self:

@@ -1,7 +1,7 @@
 """Yield stresses of viscoelastic liquids (Saramito 2007, 2009): below them nothing relaxes, and the liquid is elastic.
 
-The relaxation of a mode of any law is multiplied by a factor kappa of the deviatoric stress of the polymer tau_d,
-which vanishes up to |tau_d| = tau_y, |tau_d|^2 = tau_d : tau_d/2.
+The relaxation of a mode of any law is multiplied by a factor kappa, which depends on the deviatoric stress tau_d of the
+polymer and vanishes up to |tau_d| = tau_y, with |tau_d|^2 = tau_d : tau_d/2.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from pairsim.physics.operations import sqrt
 
 @dataclass(frozen=True)
 class YieldLaw(Plastic):
-    """What a yield stress does to the relaxation of a polymer."""
+    """A law by which a yield stress stops the relaxation of a polymer."""
 
     width: Any = parameter("w", "width of the blunted kink over the yield stress", 1e-6, 1.0, default=1e-3)
 
@@ -25,7 +25,7 @@ class YieldLaw(Plastic):
         raise NotImplementedError
 
     def excess(self, tau: Any) -> Any:
-        """max(0, |tau_d| - Bn), blunted: Bn w at the yield stress, Bn w^2 at rest, and exact without one."""
+        """max(0, |tau_d| - Bn) with a rounded kink: Bn w at |tau_d| = Bn, about Bn w^2 at rest; exact at Bn = 0."""
         over = tau - self.Bn
         return (over + sqrt(over**2 + (2 * self.width * self.Bn) ** 2)) / 2
 

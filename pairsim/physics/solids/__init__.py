@@ -1,4 +1,4 @@
-"""Solids, a file a law. Every law in this folder is in `LAWS` by its name."""
+"""Solids, one file for each law. Every law in this folder is in `LAWS` by its name."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ DEFAULT = next(law for law in LAWS.values() if vars(law).get("default"))
 
 
 def soft(*Ca_es: float) -> tuple[Solid | None, ...]:
-    """Particles of the default law with given Ca_e; None, which is rigid, where it is 0."""
+    """Particles of the default law with given Ca_e; None, a rigid particle, where Ca_e is 0."""
     return tuple(DEFAULT(Ca_e) if Ca_e > 0 else None for Ca_e in Ca_es)
 
 

@@ -60,7 +60,7 @@ class Solid(Material):
         return {"Ca_e": self.Ca_e, **super().numbers}
 
     def response(self, I1: Any, I2: Any) -> tuple[Any, Any]:
-        """The scalars b_1 and b_2; a scalar that is always zero is the number 0."""
+        """The scalars b_1 and b_2; one that is always zero is returned as the integer 0."""
         raise NotImplementedError
 
     @property
