@@ -14,7 +14,7 @@ are imported when first used: `import pairsim` alone loads nothing.
 # The command line imports this first, and can answer Ctrl-C only afterwards: it takes a millisecond, without typing.
 import os as _os
 
-# One thread a process: MPI is how pairsim uses more cores, and BLAS threads under it only fight each other.
+# One thread per process: pairsim uses several cores by several processes, whose BLAS threads would only compete.
 # This must come before anything numerical is imported.
 for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     _os.environ.setdefault(_name, "1")
@@ -74,7 +74,7 @@ _MODULES = {
     "runtime.errors": ("InputError", "PairsimError", "RunFailure"),
     "runtime.version": ("__version__",),
 }
-"""Modules, and what they are imported for."""
+"""Modules, and the names of the interface that are imported from them."""
 
 
 def __getattr__(name: str) -> "_Any":

@@ -8,7 +8,7 @@ import sys
 from pairsim.runtime.interrupts import EXIT_CODE, interrupted, remember_interrupts
 
 ALLOCATIONS = 200_000
-"""Objects between two searches for cyclic garbage: more than a short command makes, which all live to its end."""
+"""Allocations between two searches for cyclic garbage: more than in a short command, whose objects live to its end."""
 PLUGINS = "PYDANTIC_DISABLE_PLUGINS"
 """Plugins of pydantic, which change no case, are looked for in the metadata of every installed package."""
 

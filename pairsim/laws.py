@@ -1,4 +1,4 @@
-"""What a law of one's own is written with: `from pairsim.laws import ConformationLaw, Invariants, parameter`."""
+"""All that a law of your own needs: `from pairsim.laws import ConformationLaw, Invariants, parameter`."""
 
 from pairsim.physics import operations
 from pairsim.physics.fields import Field

@@ -1,4 +1,4 @@
-"""What run.json says of a branch of quasi-steady solutions, or of several in different processes."""
+"""The report in run.json on a branch of quasi-steady solutions, or on several branches in different processes."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ class BranchReport:
 
     Attributes:
         largest: Largest value known of each goal.
-        rounds: Number of rounds of adaptation by what meshes are made for, as of `AdaptiveBranch`.
-        unknowns: Unknowns of the last meshes, by the same.
-        counts: What is added up over several branches.
+        rounds: Number of rounds of adaptation, by the place that meshes are made for, as in `AdaptiveBranch`.
+        unknowns: Number of unknowns on the last mesh, by the same places.
+        counts: Numbers that are added up over several branches.
         size: Largest number of unknowns.
         phases: Wall time of each phase [s].
     """
@@ -58,5 +58,5 @@ class BranchReport:
 
     @property
     def entries(self) -> Entries:
-        """The entries of run.json that it makes."""
+        """Its entries in run.json."""
         return {**self.counts, SIZE: self.size}

@@ -22,7 +22,7 @@ from pairsim.runtime.errors import InputError
 
 
 class Files(Mapping[str, type[BaseModel]]):
-    """The models of the kinds of files by the command that reads them; a question is imported when it is asked for.
+    """The models of case files by the command that reads them; a question is imported when its model is looked up.
 
     Args:
         questions: The questions by name.
@@ -52,7 +52,7 @@ def read_case[C: SceneCase](
 ) -> C:
     """Read and validate the case file of a question, with settings key=value that replace or add (dotted) keys.
 
-    Among `files` it is looked for where the case is not one of this question.
+    If the keys do not fit the question, the message names the commands in `files` that they fit.
 
     Raises:
         InputError: The file cannot be read or has mistakes; lists file, line, key, value and what is allowed.
@@ -79,10 +79,10 @@ def _two_ways(model: type[SceneCase]) -> list[tuple[str, str]]:
 def parse_case[C: SceneCase](
     question: Question[C], data: Content, source: str, entry: str = "", files: Files | None = None
 ) -> C:
-    """Make numbers of physical units, and validate the keys and values of a case, each alone and against each other.
+    """Convert quantities to dimensionless numbers, and validate keys and values of a case, each alone and together.
 
-    Messages name the lines of keys from `read_yaml`, or `source`; in a file of several cases, `entry` is this one. They
-    name the command among those of `files` that the case is for.
+    Messages name the lines of keys from `read_yaml`, or `source`, and `entry`, which is this case in a file of several.
+    If the keys do not fit the question, they name the commands in `files` that they fit.
 
     Raises:
         InputError: The case has mistakes; lists each wrong key, its value and what is allowed.
@@ -100,7 +100,7 @@ def parse_case[C: SceneCase](
             mistakes = mistakes_in(case, question.check) or list(check_size(case))
     except ValidationError as error:
         wrong = mistakes_of(error, question.model, numbers.data)
-        # What a wrong quantity should give is missing, too.
+        # A number that a wrong quantity should have given is missing as well, which is not reported a second time.
         known = {each.key for each in mistakes} | numbers.origins.keys()
         mistakes += [each for each in wrong if each.value is not None or each.key not in known]
     if mistakes:
@@ -109,7 +109,7 @@ def parse_case[C: SceneCase](
 
 
 def commands_for(path: Path, files: Files, overrides: tuple[str, ...] = ()) -> list[str]:
-    """The commands whose files have most of the keys of a file with settings, as of `read_case`.
+    """The commands whose case files have most of the keys of a file, with settings as in `read_case`.
 
     Raises:
         InputError: The file cannot be read.
@@ -120,13 +120,13 @@ def commands_for(path: Path, files: Files, overrides: tuple[str, ...] = ()) -> l
 
 
 def fitting(data: Content, files: Files) -> list[str]:
-    """The commands whose files have the fewest of these keys that they do not know."""
+    """The commands in whose case files the fewest of these keys are unknown."""
     unknown = {name: sum(key not in model.model_fields for key in data) for name, model in files.items()}
     return [name for name, count in unknown.items() if count == min(unknown.values())]
 
 
 def first_accepted[C: SceneCase](commands: Sequence[str], read: Callable[[str], C]) -> tuple[str, C]:
-    """The first of several commands for whose files a case has the right keys that allows its values, and the case.
+    """The first of several commands, all of which have the keys of a case, that allows its values, and the case.
 
     A file with `along`, for example, has only keys of `critical`, which needs a pair, and of `focus`, which does not.
 
@@ -135,7 +135,7 @@ def first_accepted[C: SceneCase](commands: Sequence[str], read: Callable[[str], 
         read: Reads and validates the case for one of them.
 
     Raises:
-        InputError: None of them allows its values; says what the first one does.
+        InputError: None of them allows its values; it is the error of the first command.
     """
     failures = list[InputError]()
     for command in commands:

@@ -1,6 +1,6 @@
-"""A process that does the work of a thread: `python -P -m pairsim.computing.child DESCRIPTOR`.
+"""A child process that computes for a thread of its parent: `python -P -m pairsim.computing.child DESCRIPTOR`.
 
-Libraries are loaded once. What the work finds is in files.
+It loads libraries once, for many pieces of work, whose results are written to files.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ IDLE = 60.0
 
 
 def serve(connection: Connection) -> None:
-    """Do the work that comes, until the other end is closed, or none has come for a while."""
+    """Do the work that arrives, until the other end is closed, or none has arrived for `IDLE` seconds."""
     connection.send(True)  # ready
     with suppress(EOFError):
         while connection.poll(IDLE):
@@ -32,7 +32,7 @@ def serve(connection: Connection) -> None:
 
 if __name__ == "__main__":
     end_with_parent()
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)  # which a process of mpirun ignores that waits for its child
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGTERM})  # which threads beside a computation block
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)  # inherited as ignored from a process of mpirun that waits for it
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGTERM})  # inherited as blocked from threads of the parent
     serve(Connection(int(sys.argv[1])))
-    os._exit(0)  # all is written, and MPI and PETSc need not take their leave
+    os._exit(0)  # all is written, and MPI and PETSc need not be finalised

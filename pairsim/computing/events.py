@@ -1,9 +1,9 @@
-"""What the computation of a command yields: all that it says to the session that carries it out.
+"""The events that the computation of a command yields, by which alone it speaks to the session that carries it out.
 
 A computation is a generator of these events that returns an `Outcome`. It knows no folder, opens no file, shows nothing
-and catches no signal (`computing/session.py` does), and may end anywhere by a `RunFailure`. What is to be said in
-whichever way it ends, such as its `Summary`, it yields in a `finally`. Texts may be messages with quantities in them,
-also those in entries of run.json: the session puts them into the units of the case.
+and catches no signal (`computing/session.py` does), and may end anywhere by a `RunFailure`. Events that are due however
+it ends, such as its `Summary`, are yielded in a `finally`. Texts, also those in entries of run.json, may be messages
+that contain quantities: the session puts these into the units of the case.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class Begin:
 
     Attributes:
         goal: The goal in words, such as "to t = 2".
-        total: The same as a number, such as 2, of which `Progress.done` is a part.
+        total: The goal as a number, such as 2; `Progress.done` counts up to it.
     """
 
     goal: Text
@@ -45,14 +45,14 @@ class Begin:
 
 @dataclass(frozen=True)
 class Note:
-    """What the user should know."""
+    """A message that the user should see."""
 
     text: Text
 
 
 @dataclass(frozen=True)
 class Table:
-    """A CSV table, with the rows that it has at first."""
+    """A CSV table, with its initial rows."""
 
     name: str  # without .csv
     columns: Sequence[str]
@@ -63,7 +63,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Row:
-    """A row of the table of this name: values by column; those of other columns are left out."""
+    """A row of the table with this name, as values by column; values for columns that the table lacks are dropped."""
 
     table: str
     values: Mapping[str, Cell]
@@ -78,9 +78,9 @@ class Frame:
 
 @dataclass(frozen=True)
 class Resumable:
-    """A state from which a computation can go on."""
+    """A state from which a computation can be resumed."""
 
-    checkpoint: Callable[[int, int, float], Checkpoint]  # from the numbers of rows and frames, and the wall time
+    checkpoint: Callable[[int, int, float], Checkpoint]  # makes it from the numbers of rows and frames, and wall time
     every: float  # wall time after which a checkpoint is due [s]
     convenient: bool  # whether this is a good moment for one, if it costs little
 
@@ -93,7 +93,7 @@ class Progress:
         done: How much of `Begin.total` is done; of a run the time reached [D_c/U_av].
         text: The solution in words.
         count: Number of steps or points so far.
-        state: From which a run can go on; the session keeps the last one.
+        state: State from which a run can be resumed; the session keeps the last one.
     """
 
     done: float
@@ -104,7 +104,7 @@ class Progress:
 
 @dataclass(frozen=True)
 class Summary:
-    """What run.json says at the end: entries of its own, warnings about the results, wall time of each phase [s]."""
+    """Additions to run.json at the end: entries of the computation, warnings, and wall time of each phase [s]."""
 
     entries: Entries
     warnings: Sequence[Text] = ()

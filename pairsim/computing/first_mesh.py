@@ -26,7 +26,7 @@ SIDES = [[0, 1, 3], [1, 2, 4], [2, 0, 5]]  # of a six-node triangle: ends, then 
 def first_mesh(case: SceneCase) -> NamedMesh:
     """The mesh of the first distances of a case, before it is adapted to a solution [D_c].
 
-    Liquid and particles have their nodes on the surfaces in common. A rigid particle is no region, as it has no cells;
+    Liquid and particles share the nodes on the surfaces. A rigid particle has no cells and is therefore not a region;
     its surface is a boundary.
 
     Raises:
@@ -52,7 +52,7 @@ def first_mesh(case: SceneCase) -> NamedMesh:
         **{f"surface_{number}": surface for number, surface in enumerate(nodes.interfaces, 1)},
     }
     sides = np.vstack([*regions.values()])[:, SIDES].reshape(-1, 3)
-    sides = sides[np.unique(sides[:, 2], return_index=True)[1]]  # each once; it has a middle of its own
+    sides = sides[np.unique(sides[:, 2], return_index=True)[1]]  # each side once, identified by its mid-side node
     return NamedMesh(points, regions, {name: sides[np.isin(sides, on).all(axis=1)] for name, on in boundaries.items()})
 
 

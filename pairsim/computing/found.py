@@ -1,4 +1,4 @@
-"""What the own columns of a question take their values of."""
+"""The solution from which the columns that only one question has take their values."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ class Found:
     """A quasi-steady solution.
 
     Attributes:
-        point: What was read off it: velocities, shapes, and the estimates of their errors.
-        solver: Its solver, which is at this solution.
+        point: The values read from it: velocities, shapes, and the estimates of their errors.
+        solver: Its solver, whose current state is this solution.
     """
 
     point: Point

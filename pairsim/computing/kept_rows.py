@@ -1,8 +1,8 @@
-"""Solutions of short rows, of which the model of long rows is made, kept for the next case that needs the same ones.
+"""A cache of solutions of short rows, from which the model of long rows is made, for other cases with the same rows.
 
 Streams that differ in their arrivals, spread or length, such as the cases of a sweep over seeds, need the same rows. So
-do rows of any number of beads that `pairsim train` follows.
-The file is known by all that these depend on, the numerics included, and is whole or not there.
+do rows of any number of beads that `pairsim train` follows. The name of the file is a hash of all that the rows depend
+on, including the sources of the numerics; an incomplete file is never visible.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.rows.model import Row, Waves
 
 NUMERICS = "solvers", "fem", "physics"  # packages whose sources the solutions depend on
-ROWS = "rows"  # the package of those which, but for these modules, only use them
+ROWS = "rows"  # a package of `solvers` that only uses the solutions, except for the modules in `SOLVING`
 SOLVING = "short_rows", "row_branch"
-ALWAYS = "gaps", "values", "slopes", "dU_error", "rear"  # what each row has
-KNOWN = "short rows are known from an earlier case"  # what is said where they are
-POLL = 1.0  # seconds between two looks whether another process has solved the same rows
+ALWAYS = "gaps", "values", "slopes", "dU_error", "rear"  # the arrays that each row has
+KNOWN = "short rows are known from an earlier case"  # the note if they are in the cache
+POLL = 1.0  # interval at which it is checked whether another process has solved the same rows [s]
 
 
 @dataclass(frozen=True)
@@ -47,17 +47,17 @@ class KeptRows:
         """The file of the rows of a case, by the hash of all that they depend on.
 
         Args:
-            case: The case, for laws of a user's own.
+            case: The case, for the sources of users' laws.
             problem: The problem of a single particle.
-            alone: Its materials.
-            more: What else the rows depend on.
+            alone: The materials of a single particle.
+            more: Anything else that the rows depend on, by name.
         """
         of = {"problem": repr(problem), "alone": repr(alone), "laws": sources_of(case), "numerics": _numerics(), **more}
         key = hashlib.sha256(json.dumps(of, sort_keys=True).encode()).hexdigest()
         return cls(cache_folder() / "rows" / f"{key[:32]}.npz")
 
     def read(self) -> tuple[list[Row], list[Waves]] | None:
-        """The rows, the single particle first, and the waves of infinite trains; None where they are not kept."""
+        """The rows, the single particle first, and the waves of infinite trains; None if they are not in the cache."""
         try:
             with np.load(self.file, allow_pickle=False) as stored:
                 known = dict(stored)
@@ -68,7 +68,7 @@ class KeptRows:
             return None
 
     def write(self, rows: Sequence[Row], waves: Sequence[Waves]) -> None:
-        """Keep rows and waves, where there is a folder for it."""
+        """Store rows and waves, unless the folder of the cache cannot be written to."""
         from io import BytesIO
 
         arrays: dict[str, Any] = {"rows": len(rows), "trains": len(waves)}

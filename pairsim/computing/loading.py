@@ -1,4 +1,4 @@
-"""Make a case of what a caller of Python has: a file, a dict or another case, with laws of one's own in them."""
+"""Make a case from what a Python caller passes: a file, a dict or another case, which may contain the caller's laws."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from pairsim.runtime.errors import InputError
 from pairsim.runtime.plain import Plain
 
 type Given = Mapping[str, object]
-"""Keys of a case with what a caller of Python may have in place of their values.
+"""Keys of a case with values as a Python caller may pass them.
 
-Laws, quantities of pint, arrays, columns of pandas, paths and plain data.
+They are laws, quantities of pint, arrays, columns of pandas, paths and plain data.
 """
 AnyCase = str | PathLike[str] | Mapping[str, object] | SceneCase
 """Input for a case: the path of a case file, a dict of keys and values, or a case returned by `load`."""
@@ -33,7 +33,7 @@ AnyCase = str | PathLike[str] | Mapping[str, object] | SceneCase
 def case_of[C: SceneCase](
     question: Question[C], given: AnyCase, overrides: Given | None = None, files: Files | None = None
 ) -> C:
-    """The checked case of a question, with keys that replace its own; `files` is that of `parse_case`.
+    """The valid case of a question, with `overrides` in place of its own keys; `files` is that of `parse_case`.
 
     Raises:
         InputError: The file cannot be read, or a key or value is not allowed.
@@ -46,14 +46,14 @@ def case_of[C: SceneCase](
 def case_from[C: SceneCase](
     question: Question[C], data: dict[str, Plain], overrides: Given, source: str, files: Files | None = None
 ) -> C:
-    """As `case_of`, from the content of what is given, and the name that it has in messages."""
+    """As `case_of`, from the content of a case and the name by which messages refer to it."""
     forget_numbers(data)
     merge(data, written(overrides, source), groups_of(question.model), source)
     return parse_case(question, data, source, files=files)
 
 
 def source_of(given: AnyCase) -> str:
-    """What messages name a case that is given."""
+    """The name by which messages refer to a case."""
     return str(given) if isinstance(given, str | PathLike) else "case"
 
 
@@ -78,13 +78,13 @@ def written(keys: Given, source: str) -> dict[str, Plain]:
 
 @runtime_checkable
 class _LikeArray(Protocol):
-    """What numpy makes an array of, such as a column of pandas."""
+    """What numpy can make an array from, such as a column of pandas."""
 
     def __array__(self) -> Any: ...
 
 
 def _in_arrays(value: Any) -> Any:
-    """Quantities of pint as texts with their units, and what is like an array as one, also in nested values."""
+    """Turn quantities of pint into texts with their units, and what is like an array into one; also nested values."""
     import numpy as np  # its threads begin while SIGTERM is blocked, see runtime/fenicsx
 
     value = as_texts(value)
@@ -98,7 +98,7 @@ def _in_arrays(value: Any) -> Any:
 
 
 def _with_blocks(keys: Given) -> dict[str, object]:
-    """Keys of a case with blocks in place of laws; the Ca_e of a solid is that of the case if this has none."""
+    """Replace laws in the keys of a case by blocks; the Ca_e of a solid becomes that of a case that has none."""
     found = dict(keys)
     for key in ("liquid", "solid"):
         value = found.get(key)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 def page_of(
     formats: str | Sequence[str] | None, width: str | float, physical: bool | None, legend: bool, animate: bool
 ) -> Page:
-    """What pictures are drawn for, of the options of `pairsim plot`.
+    """The page that the options of `pairsim plot` describe: formats, width, units and legend of the pictures.
 
     Raises:
         InputError: An option is wrong.
@@ -49,6 +49,6 @@ def draw(
 
 
 def no_fields(kind: str, field: str | None, animate: bool) -> InputError:
-    """The error of options that ask for fields of a folder that can have none."""
+    """The error if options ask for fields in a folder that cannot have any."""
     allowed = f"must be left out: it goes with a run or a curve, not with a {kind}"
     return InputError(Argument("animate" if animate else "field"), "", field, allowed)

@@ -12,7 +12,7 @@ from pairsim.solvers.problems import Problem, Setup, SteadyProblem
 from pairsim.solvers.stepping.step_size import StepControl
 
 SMALLEST_STEP = 1e-8
-STEPS_PER_PERIOD = 16  # of a flow that varies, at least: its cycle is to be seen in results, even where nothing else is
+STEPS_PER_PERIOD = 16  # least number in a period of a varying flow, so that results always show its cycle
 
 
 def mesh_settings(case: SceneCase) -> MeshSettings:

@@ -1,4 +1,4 @@
-"""What a person sees on stderr while a computation goes on: lines, or nothing."""
+"""Lines on stderr that show the progress of a computation."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ LINE_EVERY = 5.0  # seconds between lines
 
 
 class Reporter:
-    """Shows how a computation goes on, if `shown`.
+    """Shows the progress of a computation if `shown`, otherwise nothing.
 
     There is a line for a step or point every few seconds: percent, the solution in words, time so far, and time left.
     """
@@ -32,7 +32,7 @@ class Reporter:
     def say(self, text: str) -> None:
         """Show a line of text, or several."""
         if self.shown:
-            with suppress(OSError):  # a terminal that is gone is not worth a computation
+            with suppress(OSError):  # a computation goes on if its terminal is gone
                 print(text, file=sys.stderr, flush=True)
 
     def update(self, done: float, text: str, count: int) -> None:
@@ -41,7 +41,7 @@ class Reporter:
         if count > 1 and now - self.line < LINE_EVERY:
             return
         part = min(done / self.total, 1.0)
-        # At the pace since the last line: steps grow, and those of the start would foretell hours.
+        # From the pace since the last line: steps grow, and by the pace since the start it would be hours.
         pace = (part - self.part) / (now - self.last) if now > self.last else 0.0
         left = f", {duration((1 - part) / pace)} left" if 0.01 < part < 1 and pace > 0 else ""
         self.last = self.line = now
@@ -49,7 +49,7 @@ class Reporter:
         self.say(f"  {part:4.0%}  {text}  ({duration(now - self.begin)}{left})")
 
     def on_the_way(self, place: str, *, known: bool = False) -> None:
-        """Show where a computation is while it has no new step or point; `known`: it has one that it makes better."""
+        """Show where a computation is while it has no new step or point; `known`: it is improving one that it has."""
         if (now := time.monotonic()) - self.line >= LINE_EVERY:
             self.line = now
             begun = bool(self.part) or known

@@ -1,4 +1,4 @@
-"""What pairsim knows of a question that is asked of one case."""
+"""The record of a question about one case: all that the rest of pairsim knows of it."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 Value = float | int | str | list[float] | list[bool] | None  # a value in results.csv
 type Tables = Mapping[str, Table]
-"""Tables of a folder by name; one that is not there has no columns."""
+"""Tables of a folder by name; a table that the folder lacks has no columns."""
 
 
 def last_row(tables: Tables, record: Record) -> dict[str, Value]:
@@ -39,12 +39,12 @@ def last_row(tables: Tables, record: Record) -> dict[str, Value]:
 
 
 def no_pictures(folder: Path, out: Path, page: Page) -> list[Path]:
-    """Draw nothing, of a question that has no pictures."""
+    """Draw nothing, for a question without pictures."""
     return []
 
 
 def no_mistakes(case: SceneCase) -> Iterable[Mistake]:
-    """Find nothing, of a question that takes every case that its keys take."""
+    """Find no mistakes, for a question that allows every case that its keys allow."""
     return ()
 
 
@@ -52,21 +52,22 @@ def no_mistakes(case: SceneCase) -> Iterable[Mistake]:
 class InSweeps[C: SceneCase]:
     """The columns of results.csv that a sweep has for the cases of a question, beside their parameters and status."""
 
-    columns: Callable[[C], Sequence[str]]  # of the results of a case, before `COST`
-    read: Callable[[Tables, Record], dict[str, Value]] = last_row  # takes those that a folder has from its content
+    columns: Callable[[C], Sequence[str]]  # names of the columns with the results of a case, which precede `COST`
+    read: Callable[[Tables, Record], dict[str, Value]] = last_row  # reads their values from the content of a folder
     parameters: tuple[str, ...] = ("beta", "De", "Ca_e")  # keys that results.csv always has, also if they do not vary
     drawn: bool = False  # whether a sweep has pictures of them, beside those in the folders of its cases
 
 
 @dataclass(frozen=True)
 class Flag:
-    """An option that one question has and others have not: a keyword of its computation, off by default.
+    """An option that not all questions have: a keyword of the computation, off by default.
 
     Attributes:
         name: The keyword, and with two hyphens the option of the command.
         help: What the option does, for --help.
-        resumes: Whether the computation goes on from the checkpoint of a folder. The option takes this folder in place
-            of -o, and the case file is by default the one in it; the computation takes `earlier`, not the keyword.
+        resumes: Whether the computation is resumed from the checkpoint of a folder. The option takes this folder in
+            place of -o, and the case file is by default the one in it; the computation takes `earlier`, not the
+            keyword.
     """
 
     name: str
@@ -76,33 +77,33 @@ class Flag:
 
 @dataclass(frozen=True)
 class Question[C: SceneCase]:
-    """A question that is asked of one case; what is computed for it is in a folder.
+    """A question about one case, whose results are in a folder.
 
-    The command and the Python function are made of this record. Its functions import large libraries when they are
-    called: `--help` and a mistake in a case file need none.
+    The command and the Python function are made from this record. Its functions import large libraries only when they
+    are called, as `--help` and the report of a mistake in a case file need none.
 
     Attributes:
-        module: The module that has the record as `QUESTION`, which is `__name__` there. Its docstring is the help of
-            the command, and the first line that of the Python function.
+        module: Name of the module that has this record as `QUESTION`. The docstring of the module is the help of the
+            command, and its first line that of the Python function.
         model: Keys of its case file; `model.kind` is its name.
         estimate: Estimates the size and the duration of a case.
         solve: Its computation, a generator of the events in `computing/events.py`: takes the case, and as keywords its
             `monitor`, its flags, and `earlier` to resume.
         tables: Its tables by name without .csv, the main one first, with the columns that they may have.
-        entries: What its computation adds to the record, run.json.
-        result: Its class of results, derived from `pairsim.computing.result.Result`: what they have beside a table,
-            and what they say in words.
-        in_sweeps: What a sweep shows of it.
-        examples: What stands at the end of the help, such as "Example: pairsim shape case.yaml".
-        check: Yields mistakes: what it asks of keys that other kinds of cases have, too. Its own keys say themselves
-            what they ask of others (`cases/keys.py`).
-        draw: Draws what the tables of a folder hold into another one, and returns the pictures.
-        captions: What is said below each of these pictures in a report, by the name of its file.
-        frames: What its fields are written at: "t", "d", "value" of what it follows, or "" where it writes none. Those
-            at values are drawn by `draw`, others elsewhere.
+        entries: The entries that its computation adds to run.json.
+        result: Class of its results, derived from `pairsim.computing.result.Result`, with what these have beside
+            tables, and with the answer in words.
+        in_sweeps: What results.csv of a sweep has of it.
+        examples: The end of the help, such as "Example: pairsim shape case.yaml".
+        check: Yields mistakes in keys that other kinds of cases share. What the question's own keys require of others
+            is declared with them (`cases/keys.py`).
+        draw: Draws the tables of a folder into another folder, and returns the pictures.
+        captions: Caption of each of these pictures in a report, by the name of its file.
+        frames: The quantity at whose values fields are written: "t", "d", "value" for the parameter that it follows, or
+            "" if it writes no fields. Fields at "value" are drawn by `draw`, those of runs and curves elsewhere.
         flags: The options that it has beside those of all questions.
         shared: Whether its computation takes `workers`, too, with which it shares its work; it then has --workers.
-        draws_from: Rows of its main table from which on its pictures are drawn when it ends; None where they are not.
+        draws_from: Least number of rows of its main table for which pictures are drawn at its end; None: never.
     """
 
     module: str
@@ -123,7 +124,7 @@ class Question[C: SceneCase]:
     shared: bool = False
 
     def __reduce__(self) -> Any:
-        """Pickled by its place."""
+        """Pickle it as a reference to its module."""
         return resolve_name, (f"{self.module}:QUESTION",)
 
     @property
@@ -169,7 +170,7 @@ class Question[C: SceneCase]:
 
     @property
     def resumable(self) -> bool:
-        """Whether it goes on from a checkpoint."""
+        """Whether its computation can be resumed from a checkpoint."""
         return any(flag.resumes for flag in self.flags)
 
     def has_flag(self, name: str) -> bool:
@@ -188,7 +189,7 @@ class Question[C: SceneCase]:
         return {name: read_table(path, columns, missing_ok=True) for name, (path, columns) in files.items()}
 
     def values(self, directory: Path) -> dict[str, Value]:
-        """Values of a folder for the columns of results.csv, none where a table cannot be read."""
+        """Values of a folder for the columns of results.csv; only its costs if a table cannot be read."""
         record, values = Record.read(directory), dict[str, Value]()
         with suppress(InputError, ValueError, KeyError):
             tables = self.read_tables(directory)
@@ -198,7 +199,7 @@ class Question[C: SceneCase]:
 
 
 def own_files(questions: Iterable[Question[Any]]) -> Iterator[str]:
-    """Yield every file in folders of results of questions, which are then imported, but for single frames of fields."""
+    """Yield the names of all files of questions in folders, except single frames of fields; imports the questions."""
     known = list(questions)
     tables = (f"{name}.csv" for question in known for name in question.tables)
     drawn = [*(name for question in known for name in question.captions), *(f"field-{name}" for name in FIELDS)]

@@ -42,30 +42,30 @@ SYMBOLS = {
     r"\bdU": "dU is the velocity of the leading particle minus that of the trailing one",
     r"\bD(_[LT\d]+)? ": "D, the Taylor parameter, is (length - height)/(length + height) of a particle, 0 of a sphere",
 }
-"""What symbols in answers mean, by the patterns that find them."""
+"""Explanations of symbols in answers, by the patterns that find them."""
 UNITS = {
     "": "lengths are in tube diameters D_c, velocities in the mean velocity U_av, times in D_c/U_av",
     "pressure": "pressures in eta_0 U_av/D_c",
 }
-"""Units of numbers without one, likewise."""
+"""Units of dimensionless numbers in answers, by words that occur there."""
 CASE_NOT_AT_FAULT = ("interrupted", "write_failed", "environment")
 """Reasons for which the same command may succeed."""
 KILLED = Outcome("interrupted", "interrupted", "the command was killed")
-"""How a command ended whose run.json says that it is running, although no process is at work."""
+"""The outcome of a command whose run.json says that it is running, although no process is at work on it."""
 
 
 class Result:
     """The result of a computation; returned by the functions of questions such as `curve`, and by `open`.
 
-    It has the data of a folder, whose files are read when first accessed, and only once; or its `content`, of which a
-    folder is made where one is needed. To see the progress of a running computation, `open` its folder again. Where an
-    `ending` is given, status, reason and message are not those of run.json: a sweep also records crashes and timeouts.
-    Pickled it keeps its tables, its record and its case.
+    Its data are those of a folder, whose files are read once, when first accessed, or its `content`, from which a
+    folder is made if one is needed. To see the progress of a running computation, `open` its folder again. If an
+    `ending` is given, it replaces status, reason and message of run.json: a sweep also records crashes and timeouts. A
+    result that is pickled keeps its tables, its record and its case.
 
     Attributes:
-        folder: The folder; None without one, and for one that is temporary and goes with the result.
-        question: What was computed.
-        source: What messages name it.
+        folder: The folder; None if there is none, or a temporary one that is removed with the result.
+        question: The question that was computed.
+        source: The name by which messages refer to it.
     """
 
     def __init__(
@@ -100,7 +100,7 @@ class Result:
         return made, (self.question, self.folder, self._ending)
 
     def _packed(self) -> Content | None:
-        """Its data, with all files of a temporary folder; None of a folder that is not there, or has no tables."""
+        """Its data, with all files of a temporary folder; None if its folder does not exist or has no tables."""
         if self._content is None and not self._place.is_dir():
             return None
         tables: dict[str, dict[str, Array]] = {}
@@ -185,11 +185,11 @@ class Result:
 
     @property
     def own_units(self) -> Mapping[str, str]:
-        """The units of columns that are those of the case file, by name; none unless the question has such columns."""
+        """The units of columns whose values are in the units of the case file, by name; empty without such columns."""
         return {}
 
     def _table_named(self, name: str) -> Table:
-        """A table, which a folder must have.
+        """A table; if the result is that of a folder, the folder must have it.
 
         Raises:
             InputError: The folder does not have it.
@@ -201,11 +201,11 @@ class Result:
         return read_table(self._place / f"{name}.csv", self.question.tables[name])  # says what is missing
 
     def scales_of_rows(self, table: Table, scales: Scales) -> list[Scales]:
-        """The units of each row of a table: those of the case, unless rows are for other values of a quantity."""
+        """The units of each row of a table: those of the case, unless rows belong to different values of a quantity."""
         return [scales] * table.rows
 
     def _with_quantity(self, frame: pd.DataFrame, scales: Scales) -> pd.DataFrame:
-        """The frame with the quantity of the experiment that gives the number which is followed, if one is."""
+        """Insert the quantity of the experiment that gives the number which is followed, if there is one."""
         case = read_yaml(self._place / "case.yaml") if self._content is None else self.case.resolved()
         along = case.get("along")  # of shapes values of Ca_e, else a key with its values
         number = "Ca_e" if isinstance(along, list) else next(iter(along if isinstance(along, Mapping) else ()), "")
@@ -286,7 +286,7 @@ class Result:
     def answer(self) -> str:
         """The answer in words, a line or more: what the particles do, how fast, the warnings and the cost.
 
-        Where it has not finished, why not, and what to do next.
+        If the computation has not finished, it says why not, and what to do next.
         """
         warnings = [f"Warning: {warning}" for warning in self.warnings]
         ended = [] if self.status == "finished" else [f"{self.status.capitalize()}: {self.happened}".removesuffix(": ")]
@@ -300,15 +300,15 @@ class Result:
 
     @property
     def happened(self) -> str:
-        """How it ended. Of a result with a folder without what to try, which `advice` then says."""
+        """How it ended; if it has a folder, without what to try next, which `advice` has."""
         return self.message if self.folder is None else self.message.rpartition("; try ")[0] or self.message
 
     def findings(self) -> list[str]:
-        """What the tables say in words, a line each; each question says its own."""
+        """The findings of the tables in words, a line each; each question has its own."""
         return []
 
     def _symbols(self, text: str) -> list[str]:
-        """What symbols in a text mean, and in which units its numbers are without a `physical` block."""
+        """The meaning of the symbols in a text and, without a `physical` block, the units of its numbers."""
         said = [words for pattern, words in SYMBOLS.items() if re.search(pattern, text)]
         if self.record.scales is None:
             said.append(", ".join(words for pattern, words in UNITS.items() if pattern in text))
@@ -325,7 +325,7 @@ class Result:
         return [f"Took {duration(float(record.wall_time))}{work}."]
 
     def afterwards(self) -> str:
-        """What may come next where it has finished."""
+        """What to do next if it has finished."""
         if not self.question.captions:
             return f"pairsim table {self.source} prints it"
         return f"pairsim plot {self.source} draws it again"
@@ -384,15 +384,15 @@ class Result:
         """Velocity, pressure, displacement and stresses on the deformed mesh, as a pyvista grid.
 
         Args:
-            at: One of `places`: a time, of a curve a distance, of focus a value of what is followed; a number, a text
-                with a unit such as "15um", or a quantity of pint.
+            at: One of `places`: a time (curve: a distance; focus: a value followed), as a number, a text with a unit
+                such as "15um", or a quantity of pint.
             physical: Whether to convert to um, um/s and Pa.
 
         Returns:
-            Names and components are as in fields.xdmf: vectors are (z, r, 0), but for disturbances
-            off the axis, which are (z, r, theta). NaN where there is no such field: the
-            elastic stress in the liquid, what is the liquid's alone in the particles. Cell data: `region`, 0 in the
-            liquid and i in particle i from upstream. Field data: `t`, the time or distance.
+            Names and components are as in fields.xdmf: vectors are (z, r, 0), except for disturbances off the axis,
+            which are (z, r, theta). Values are NaN where a field is not defined: the elastic stress in the liquid, and
+            fields of the liquid alone in the particles. Cell data: `region`, 0 in the liquid and i in particle i from
+            upstream. Field data: `t`, the time or distance.
 
         Raises:
             InputError: There are no fields there, or `physical` is set and the case has no `physical` block.

@@ -1,4 +1,4 @@
-"""What a result is made of where it is not read from a folder."""
+"""The data of a result that is not read from a folder."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ class Content:
 
     Attributes:
         tables: The columns of its tables, by the name of the table.
-        record: How it was found.
-        case: The case; None where that of a folder is not valid in this version.
+        record: Its record, the content of run.json.
+        case: The case; None if that of a folder is not valid in this version.
         files: Further files by their names in a folder, such as fields.
     """
 

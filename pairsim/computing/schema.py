@@ -51,7 +51,7 @@ def _text(value: Any) -> str:
 
 
 class _Alternatives(GenerateJsonSchema):
-    """A value may fit several alternatives: the list [0.1, 0.4] of d has two distances, or one of each of two gaps."""
+    """Allows values that fit several alternatives: the list [0.1, 0.4] of d is two distances, or those of two gaps."""
 
     def tagged_union_schema(self, schema: Any) -> JsonSchemaValue:
         return {"anyOf": super().tagged_union_schema(schema)["oneOf"]}

@@ -1,4 +1,4 @@
-"""Carry out the computation of a question: what it yields (`computing/events.py`) is written, shown and kept here."""
+"""Carry out the computation of a question: its events (`computing/events.py`) are written, shown and kept here."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from pairsim.runtime.monitor import Monitor
 from pairsim.runtime.signals import Signals
 from pairsim.runtime.text import duration
 
-SOON = 0.1  # part of the largest time after which it is shown where a computation has no result yet; chosen
+SOON = 0.1  # fraction of the largest time after which progress without a new result names this limit; chosen
 KEPT = "; the results written so far are kept"
 CHEAP = 50.0  # least time between checkpoints at convenient moments, over the wall time of writing one; chosen
 
@@ -47,12 +47,12 @@ class Options:
     overwrite: bool  # whether existing results may be replaced
     reporter: Reporter
     command: str  # command line, for run.json and for the lock
-    own_files: Iterable[str]  # names of files that are replaced in a folder, asked for where it has any
-    signals: Signals | None = None  # signals that end the computation in order, caught by the caller
+    own_files: Iterable[str]  # names of files that may be replaced in a folder; read only if it has files
+    signals: Signals | None = None  # signals that end the computation in an orderly way, caught by the caller
     budget: float | None = None  # largest wall time of the computation [s]; None for no limit
     patience: float | None = None  # largest processor time up to the first row [s] without a budget; None for no limit
-    title: str = ""  # what progress is headed with; the name or the parameters of the case by default
-    workers: Workers = ALONE  # what helps, of a question that shares its work; entered by the caller
+    title: str = ""  # heading of the progress; the name or the parameters of the case by default
+    workers: Workers = ALONE  # the processes that help, if the question shares its work; entered by the caller
 
 
 def carry_out[C: SceneCase](
@@ -61,8 +61,7 @@ def carry_out[C: SceneCase](
     """Compute a case and write the results to a folder, which is locked against other commands meanwhile.
 
     With `resume` it continues from the checkpoint in the folder, or starts anew if there is none and the table has at
-    most one row. Further keywords are those of the computation. What was computed before a failure is in the folder,
-    too.
+    most one row. Further keywords are those of the computation. Results from before a failure stay in the folder.
 
     Raises:
         InputError: The folder exists and may not be overwritten, cannot be resumed, belongs to another command, or
@@ -91,7 +90,7 @@ def carry_out[C: SceneCase](
 
 
 def _earlier(case: SceneCase, directory: Path, table: str) -> events.Earlier | None:
-    """What a folder holds of a computation to be resumed; None if it must start anew.
+    """The state of a computation in a folder that is to be resumed; None if it must start anew.
 
     Raises:
         InputError: The checkpoint is damaged or belongs to another problem, or the table has fewer rows than it counts,
@@ -116,7 +115,7 @@ def _earlier(case: SceneCase, directory: Path, table: str) -> events.Earlier | N
 
 
 class _Session:
-    """Carries out the events of a computation in an open folder, from the checkpoint that is resumed, if any."""
+    """Carries out the events of a computation in a locked folder, after the checkpoint `old` if it is resumed."""
 
     def __init__(
         self,
@@ -146,7 +145,7 @@ class _Session:
         self._saved, self._cost = -float("inf"), 0.0
 
     def on_the_way(self, place: Text) -> None:
-        """Show where a computation is that has no new result: the place, the time so far, and when it will be ended."""
+        """Show where a computation without a new result is: the place, the time so far, and the limit on it."""
         passed = self.monitor.passed
         most, clock = self._options.budget, ""
         if not most and self.monitor.awaits_result:
@@ -252,7 +251,7 @@ class _Session:
         with self._writing():
             if table.resumed and self.old is not None:
                 rows = (old := read_table(path)).records()[: self.old.rows]
-                # A folder of an older version goes on without the question's own columns that it does not have.
+                # If a folder of an older version is resumed, the question's own columns that it lacks are left out.
                 columns = [name for name in columns if name in old or declared.own.get(name) is None]
                 self._fields = FieldsWriter(self.folder, self.old.frames)
             writer = TableWriter(path, columns, rows, declared=declared, ascending=table.ascending)

@@ -1,4 +1,4 @@
-"""Short rows and infinite trains, of which the model of long rows is made, solved by all processes of a case."""
+"""Short rows and infinite trains, from which the model of long rows is made, solved by all processes of a case."""
 
 from __future__ import annotations
 
@@ -23,10 +23,17 @@ def known_rows(
     trains: Sequence[float],
     workers: Workers,
 ) -> Generator[Row | Waves, None, tuple[list[Row], list[Waves]]]:
-    """Short rows and trains that an earlier case has kept, or else solve and keep them; the others are as there.
+    """Read short rows and trains from the cache, or else solve and store them.
+
+    Args:
+        kept: Their file in the cache.
+        problem, alone, chains, trains, workers: As for `solved_rows`.
 
     Yields:
-        As `solved_rows`; nothing where they are kept.
+        As `solved_rows`; nothing if they are in the cache.
+
+    Returns:
+        As `solved_rows`.
     """
     with kept.sole_solver(problem.monitor):
         if (known := kept.read()) is not None:
@@ -42,23 +49,23 @@ def solved_rows(
     """Solve short rows and trains.
 
     Args:
-        problem: That of a single particle.
+        problem: The problem of a single particle.
         alone: Materials of a single particle.
         chains: The rows; they are cut into shorter ones if there are several processes.
         trains: Distances of the trains [D_c].
-        workers: What shares the work.
+        workers: The processes that share the work.
 
     Yields:
-        Each row and the waves of each train, in the order in which they are known.
+        Each row and the waves of each train, in the order in which they are solved.
 
     Returns:
-        Rows and waves in the order in which they were asked for.
+        Rows and waves in the order of `chains` and `trains`.
 
     Raises:
         NoSteadyState: There is no quasi-steady state of a row, or it was not found.
         MeshFailure: A mesh could not be generated.
     """
-    monitor, given = problem.monitor, replace(problem, monitor=Monitor())  # which does not go to other processes
+    monitor, given = problem.monitor, replace(problem, monitor=Monitor())  # `monitor` stays in this process
     cut = [each for chain in chains for each in chain.cut()] if workers.count > 1 else chains
     parts: list[PartOf[Row | Waves]] = [partial(_rows, given, alone, chain) for chain in cut]
     parts += [partial(_train, given, alone, d) for d in trains]

@@ -1,4 +1,4 @@
-"""What run.json says of particles that differ."""
+"""The entry of run.json for particles that differ."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pairsim.record.run_entries import SPREAD_OF_PARTICLES, Entries
 
 
 def spread_entry(case: SceneCase) -> Entries:
-    """The spread of the particles with their means; nothing of equal ones."""
+    """The spread of the particles with their means; empty for equal particles."""
     if not isinstance(case, SpreadCase) or not case.spread:
         return {}
     means = {"beta": sum(case.betas) / case.n, "Ca_e": max(case.Ca_es)}

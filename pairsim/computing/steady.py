@@ -1,4 +1,4 @@
-"""Quasi-steady solutions of a command: their branch, rows of tables, and what run.json says of them at the end."""
+"""Quasi-steady solutions of a command: their branch, rows of tables, and their summary in run.json."""
 
 from __future__ import annotations
 
@@ -30,20 +30,20 @@ from pairsim.solvers.steady.first_solution import first_scene, scene_past_end
 class Solutions:
     """The quasi-steady solutions of a case, on a branch that is closed at the end of the context.
 
-    The errors of its goals are kept below `accuracy`, or it is said which ones are not.
+    The errors of its goals are kept below `accuracy`, or a warning says which ones are not.
 
     Args:
         case: The case.
-        goals: What it is computed for.
+        goals: The goals of the case.
 
     Attributes:
         points: The solutions that are results.
-        judged: Those for which `accuracy` counts: all, unless a question has a list of its own.
-        largest: The largest values of goals, where a question knows them better than from these points.
+        judged: The solutions that must meet `accuracy`: all, unless a question sets a list of its own.
+        largest: Largest values of goals that a question knows better than from its points.
         branch: The branch; None until `begin`.
-        ended: The continuation that has ended the computation; None where all was solved.
+        ended: The end of the continuation that ended the computation; None if all was solved.
         way: The solutions on the way to parameters that were not reached.
-        others: What other processes, by name, say of the branches on which they have found points.
+        others: Reports of other processes on the branches on which they have found points, by name of the process.
     """
 
     def __init__(self, case: SceneCase, goals: Sequence[Goal]) -> None:
@@ -64,10 +64,10 @@ class Solutions:
             self.branch.close()
 
     def outcome_of(self, ended: Ended) -> Outcome:
-        """The outcome where a continuation has ended before all was solved: that there is no steady state, if proven.
+        """The outcome if a continuation ended before all was solved: that there is no steady state, if this is proven.
 
         Raises:
-            NoSteadyState: It is not.
+            NoSteadyState: It is not proven.
         """
         self.ended, self.way = ended, ended.way
         if not ended.proven:
@@ -115,18 +115,18 @@ class Solutions:
         read: Callable[[AdaptiveBranch, P], T | Ended],
         name: str,
     ) -> Iterator[FoundAt[P, T] | tuple[str, BranchReport]]:
-        """Solve at some places of a question, in another process than the one that computes it.
+        """Solve at some places of a question, in the process of a worker.
 
-        Nothing is said where a continuation ends: the process that computes the question finds that, too.
+        The end of a continuation is not reported: the main process finds it, too.
 
         Args:
-            begin: Finds the branch, where an earlier part has not found it.
-            places: The places, neighbours beside each other.
-            read: The result at a place, or why it was not reached.
+            begin: Begins the branch, unless an earlier part has done so in this process.
+            places: The places, in order along the branch.
+            read: Returns the result at a place, or why it was not reached.
             name: The name of this process.
 
         Yields:
-            What is found at each place, and after it what is to be said of the branch, with the name of the process.
+            The result at each place, and after each the name of the process with the report on its branch.
         """
         branch = self.branch or begin()
         if isinstance(branch, Ended):
@@ -139,17 +139,17 @@ class Solutions:
             yield name, BranchReport.of(branch)
 
     def hear(self, said: tuple[str, BranchReport]) -> None:
-        """Take in the report of another process on its branch, with the name of the process."""
+        """Store the report of another process on its branch, which comes with the name of the process."""
         self.others.update([said])
 
     def last_events(self, entries: Entries, warnings: Sequence[Text] = ()) -> Iterator[Event]:
-        """The last events: what run.json says, and the solutions on the way to parameters that were not reached."""
+        """The last events: the summary, and the solutions on the way to parameters that were not reached."""
         yield self.summary(entries, warnings)
         if self.way:
             yield Table("way", WAY_COLUMNS.named(self.case.n), [*map(way_row, self.way)])
 
     def summary(self, entries: Entries, warnings: Sequence[Text] = ()) -> Summary:
-        """What run.json says at the end.
+        """The summary for run.json.
 
         Args:
             entries: Entries of the question, to which the costs, the end of the branch, and whether the accuracy was
@@ -184,12 +184,12 @@ def told(shared: Shared[Any, Any]) -> Iterator[Note]:
 
 
 def together(summaries: Sequence[Summary], entries: Entries, warnings: Sequence[Text] = ()) -> Summary:
-    """Entries of run.json of computations on several branches: counts are added up, sizes are the largest.
+    """The summary of computations on several branches: counts are added up, and of sizes the largest is taken.
 
     Args:
-        summaries: What it says of each.
-        entries: Entries of all of them together.
-        warnings: Warnings likewise.
+        summaries: The summary of each.
+        entries: Further entries, of all of them together.
+        warnings: Further warnings, likewise.
     """
     found, phases = dict[Entry[Any], Any](), dict[str, float]()
     for each in summaries:
@@ -211,7 +211,7 @@ def health_columns(case: SceneCase) -> list[str]:
 
 
 def moving_errors(case: SceneCase, points: Sequence[Point], size: float) -> list[Text]:
-    """Warnings of points at which particles move on before they have forgotten their start.
+    """Warnings of points at which particles move on before the effect of their start has decayed.
 
     The error of dU that this leaves is compared with `accuracy` times a velocity `size` [U_av].
     """

@@ -1,6 +1,6 @@
 """Warnings about results that may be less accurate than requested, for run.json and the terminal.
 
-`of` is the symbol of what a case is computed for, such as dU.
+`of` is the symbol of the goal of a case, such as dU.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ NEAR_ENDS = {"developed": 0.5, "periodic": 0.65}
 # Relative length as above, and the largest error measured below it with either kind of ends [% of the largest |dU|].
 ENDS_ERRORS = ((0.33, 44), (0.5, 7), (0.65, 2))
 COARSEST = "5%"
-FINER = 1.5  # what sizes of cells are divided by in advice; chosen
-SHARPER = 10.0  # what a regularisation is multiplied by in advice; chosen
-MOST_DE = 2.0  # largest at which dU was compared with finer meshes, docs/explanation/limits.md
+FINER = 1.5  # factor by which advice divides the sizes of cells; chosen
+SHARPER = 10.0  # factor by which advice multiplies the parameter of a regularisation; chosen
+MOST_DE = 2.0  # largest De at which dU was compared with finer meshes, docs/explanation/limits.md
 
 
 def beyond_checked(case: SceneCase) -> list[str]:
-    """Warn of a De that is larger than any at which dU was compared with that on finer meshes."""
+    """Warn of a De that is larger than any at which dU was compared with finer meshes."""
     slowest = case.slowest_time
     if (De := slowest * max(case.values_of_De)) <= MOST_DE or case.n == 0:
         return []
@@ -77,13 +77,13 @@ def unresolved_stress(case: SceneCase, s_jump: float, of: str) -> list[str]:
 class ErrorAt:
     """The estimated error of a result."""
 
-    relative: float  # the error, relative to the size of what is asked for
-    where: Sequence[Text]  # the place, such as "De = 1" and "d = 0.1"; empty for a particle of its own
-    ends: float  # the part of it that is due to the ends of the tube, relative as well
-    regularisation: float  # that due to the regularisation of the liquid
+    relative: float  # the error, relative to the size of the result
+    where: Sequence[Text]  # the place, such as "De = 1" and "d = 0.1"; empty for a single particle
+    ends: float  # the part of the error that is due to the ends of the tube, relative as well
+    regularisation: float  # the part that is due to the regularisation of the liquid, likewise
 
     def no_mesh_helps(self, case: SceneCase) -> str:
-        """What reduces most of the error, as an option of the command line; "" where that is a finer mesh."""
+        """What would reduce most of the error, as an option of the command line; "" if that is a finer mesh."""
         if self.ends > self.relative / 2:
             return _longer(case)
         if self.regularisation > self.relative / 2:
@@ -111,11 +111,11 @@ def large_errors(case: SceneCase, error: str, size: str, errors: Sequence[ErrorA
 
 
 def moves_on(case: SceneCase, places: Sequence[Text], part: float) -> list[Text]:
-    """Warn of particles that move on before they have forgotten their start.
+    """Warn of particles that move on before the effect of their start has decayed.
 
     Args:
         case: The case.
-        places: Places such as "d = 0.1", at which that alone leaves an error of dU above `accuracy`.
+        places: Places such as "d = 0.1", at which this alone leaves an error of dU above `accuracy`.
         part: The largest of these errors, relative to the largest |dU|.
     """
     if not places:
@@ -158,7 +158,7 @@ def common_warnings(case: SceneCase, of: str, s_jump: float, span: float) -> lis
 
     Args:
         case: The case.
-        of: Symbol of what it is computed for.
+        of: Symbol of its goal.
         s_jump: Largest change of s = log c within a cell.
         span: Largest length of the row of particles [D_c].
     """

@@ -47,7 +47,7 @@ class Desk:
 
     Attributes:
         computation, monitor: The arguments.
-        name: A name of its own, by which reports of several processes are told apart.
+        name: A unique name, by which reports of several processes are distinguished.
     """
 
     def __init__(self, computation: str, monitor: Monitor) -> None:
@@ -63,7 +63,7 @@ class Desk:
         return desk
 
     def kept[S](self, make: Callable[[], AbstractContextManager[S]]) -> S:
-        """What `make` has made for an earlier part, such as a solver, or else makes now; closed after the last part."""
+        """The object, such as a solver, that `make` made for an earlier part or else makes now; closed at the end."""
         if not self._kept:
             self._kept.append(self._open.enter_context(make()))
         kept: S = self._kept[0]
@@ -139,7 +139,7 @@ def _begun(environment: Mapping[str, str]) -> None:
 
 
 def _sigterm_left_to_the_main_thread() -> AbstractContextManager[None]:
-    """A context in which other threads take no SIGTERM: METIS may be at work in the main thread (`sigterm_waits`)."""
+    """Context in which a thread other than the main one takes no SIGTERM, which the main one may block for METIS."""
     return nullcontext() if threading.current_thread() is threading.main_thread() else sigterm_waits()
 
 
@@ -208,7 +208,7 @@ class Workers:
 
     def __enter__(self) -> Self:
         if self._executor is None:
-            # One executor a thread, so that a part can be given to the process that has the solutions it goes on from.
+            # One executor for each thread, so that a part can go to the process with the solutions it starts from.
             self._threads = [ThreadPoolExecutor(1) for _ in range(self.count - 1)]
             for thread in self._threads:
                 thread.submit(_begun, {})
@@ -279,7 +279,7 @@ class FoundAt[P, T]:
 class Shared[P, T]:
     """Work on places, such as distances, that the main process shares with its workers.
 
-    It is what `pairsim.runtime.others.found_by_all` calls `Others`.
+    It implements the protocol `Others` of `pairsim.runtime.others.found_by_all`.
 
     Args:
         workers: The workers.

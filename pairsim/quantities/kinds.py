@@ -1,6 +1,7 @@
-"""Kinds of quantities: what a number of pairsim is in SI units, and in the unit in which it is shown.
+"""Kinds of quantities: how numbers of pairsim convert to SI units, and to the units in which they are shown.
 
-A number is a quantity over its unit in pairsim, which is a product of powers of the scales: a length is one over D_c.
+A number is the quantity divided by its unit in pairsim, which is a product of powers of the scales: a length is divided
+by D_c.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from pairsim.quantities.quantity import Quantity
 from pairsim.quantities.scales import Scales
 
 SCALES = "stress", "viscosity", "velocity", "time", "length"
-"""The scales of which a unit is a product, in the order in which they are multiplied."""
+"""The scales whose powers make up a unit, in the order in which they are multiplied."""
 
 
 @dataclass(frozen=True)
@@ -22,17 +23,17 @@ class Kind:
 
     Attributes:
         words: What it is, with article.
-        si: Its SI unit, "" of a pure number; "{n}" in it stands for the parameter n of the law that it belongs to.
-        name: The unit of its number in pairsim, such as D_c; "" of a pure number.
+        si: Its SI unit, "" for a pure number; "{n}" in it stands for the parameter n of the law that it belongs to.
+        name: The unit of its number in pairsim, such as D_c; "" for a pure number.
         physical: The unit in which it is shown in an experiment, such as um.
-        per_si: Its SI unit in this one.
-        signed: Whether it may be 0 or negative, too. What a result changes by is then asked of the quantity itself, and
-            not of its logarithm.
+        per_si: Number of these units in its SI unit, such as 1e6 for um.
+        signed: Whether it may also be 0 or negative. Derivatives of a result are then taken with respect to the
+            quantity itself, not to its logarithm.
         stress: Power of the unit of stress eta_0 U_av/D_c in the unit of its number.
-        viscosity: That of eta_0.
-        velocity: That of U_av.
-        time: That of D_c/U_av.
-        length: That of D_c.
+        viscosity: Power of eta_0 there.
+        velocity: Power of U_av there.
+        time: Power of D_c/U_av there.
+        length: Power of D_c there.
     """
 
     words: str = "a number"
@@ -56,7 +57,7 @@ class Kind:
         return self._times_unit(1.0, scales)
 
     def number(self, value: Any, scales: Scales) -> Any:
-        """The number of a value in SI units."""
+        """The dimensionless number of a value in SI units."""
         return value / self.unit(scales)
 
     def factor(self, scales: Scales | None) -> Any:
@@ -66,7 +67,7 @@ class Kind:
     def __call__(
         self, value: float | Iterable[float], form: str = ".4g", *, error: float = 0.0, named: bool = False
     ) -> Quantity:
-        """A quantity of this kind, to stand in a message.
+        """A quantity of this kind, for use in a message.
 
         Args:
             value: The number, or several in a list.
@@ -105,5 +106,5 @@ VOLUME = Kind("a volume", "m^3", "D_c^3", "um^3", 1e18, length=3)
 LIQUID_VOLUME = replace(VOLUME, physical="nl", per_si=1e12)
 FORCE = Kind("a force", "N", "eta_0 U_av D_c", "nN", 1e9, stress=1, length=2)
 SECONDS = Kind("a time", "s", "s", "s")
-"""A time of the computer, which no experiment scales."""
+"""Computing time, which does not depend on the scales of an experiment."""
 PERCENTAGE = Kind("a percentage", "%", physical="%", per_si=100.0, signed=True)

@@ -1,4 +1,4 @@
-"""What is declared of a quantity that is measured: a key of the `physical` block, and what a parameter follows from."""
+"""Declarations of measurable quantities: keys of the `physical` block, from which parameters of a case follow."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from pairsim.quantities.scales import Scales
 
 
 class Usual(NamedTuple):
-    """What is usual of a quantity; others are remarked on, as one is whose prefix was misread."""
+    """The usual range of a quantity. A value outside it is remarked on, as its prefix may be wrong."""
 
     least: float  # in SI units
     most: float
-    words: str  # both in units of a bench
+    words: str  # the range in the units of a laboratory
 
 
 MEAN, EACH = "mean", "each"
-"""What is given of a quantity that differs among the particles: its mean, and its standard deviation among them."""
+"""Keys of a quantity that differs among the particles: its mean, and its standard deviation among them."""
 USUAL_VISCOSITY = Usual(1e-5, 1e5, "0.01 mPa.s to 100 kPa.s")
 USUAL_TIME = Usual(1e-8, 1e5, "10 ns to 1e5 s")
 
@@ -32,25 +32,27 @@ class Measurable:
         key: Its key in the `physical` block, and the name of its option in `pairsim units` unless `short` is another.
         kind: What kind of quantity it is.
         words: What it is.
-        example: A value with its unit, in which "{n}" stands for what it does in the unit of its kind.
+        example: A value with its unit, in which "{n}" stands for the same as in the unit of its kind.
         symbol: Its symbol (TeX), "" if it has none.
-        gives: The dotted key of a case that it stands for, and other names which that has in other kinds of cases; none
-            if it sets a scale, or if laws say which of their parameters follow from it.
-        inverse: Whether the number that it gives falls with it, as the unit of its kind over the quantity.
-        times: What that number is multiplied by.
+        gives: The dotted key of a case whose value it gives, and the names of this key in other kinds of cases; empty
+            if it sets a scale, or if laws declare which of their parameters follow from it.
+        inverse: Whether the number that it gives is inversely proportional to it: the unit of its kind over the
+            quantity.
+        times: Factor by which that number is multiplied.
         many: Whether it may be a list with one value for each particle.
         ranged: Whether it may be a list, or a range of values.
-        uncertain: Whether it may have a half-width, as there are derivatives of dU by what follows from it.
-        by: The name of the derivative by it, such as "difference" of by_difference, where it is no number of a case.
-        each: The dotted key of a case that its standard deviation among the particles gives, over its mean; "" where it
+        uncertain: Whether it may have a half-width; derivatives of dU by the number that it gives must then be known.
+        by: Name of the derivative with respect to it, such as "difference" in by_difference, if it gives no number of a
+            case; else "".
+        each: The dotted key of a case that its standard deviation among the particles, over its mean, gives; "" if it
             is the same for all.
-        usual: What is usual; None if all is.
-        as_volume: An example of the volume as which a length of tube may be given, too: it is then the length in which
-            the tube holds this volume. "" where it may not.
-        if_several: What is added to the message of who gives a list, such as what to write instead.
-        in_captions: Whether captions have it.
+        usual: Its usual range; None if any value is usual.
+        as_volume: For a length of tube that may also be given as the volume that it holds: an example of such a volume;
+            else "".
+        if_several: Text that is added to the message if a list is given, such as what to write instead.
+        in_captions: Whether it appears in captions.
         short: The name of its option, "" if that is its key.
-        default: What `pairsim units` takes where it is not given, in words.
+        default: What `pairsim units` assumes if it is not given, in words.
     """
 
     key: str
@@ -75,7 +77,7 @@ class Measurable:
 
     @property
     def deviation(self) -> Measurable:
-        """Its standard deviation among the particles, in a case over its mean."""
+        """Its standard deviation among the particles; in a case it is relative to the mean."""
         words = f"standard deviation of the {self.key} of each particle, which differ"
         return Measurable(f"{self.key}.{EACH}", PURE, words, self.example, gives=(self.each,))
 
@@ -101,7 +103,7 @@ class Measurable:
         return self.times * self.kind.number(value, scales)
 
     def size(self, viscosity: float) -> float:
-        """What its number is to be multiplied by for the quantity in SI units, at U_av/D_c = 1/s.
+        """The factor by which its number is multiplied to give the quantity in SI units, at U_av/D_c = 1/s.
 
         Args:
             viscosity: The unit of viscosity eta_0 [Pa s].
@@ -110,11 +112,11 @@ class Measurable:
 
     @property
     def of_unit(self) -> tuple[str, ...]:
-        """Names of the parameters that the unit depends on."""
+        """Names of the parameters of the law on which the unit depends."""
         return tuple(name for _, name, _, _ in Formatter().parse(self.unit) if name)
 
     def with_parameters(self, numbers: dict[str, float]) -> Measurable:
-        """With a unit for these parameters of the law, if it depends on some; without a unit if one is missing."""
+        """This quantity with its unit at these parameters of the law; with no unit if it depends on a missing one."""
         if any(name not in numbers for name in self.of_unit):
             return replace(self, kind=replace(self.kind, si=""))
         return replace(
@@ -123,15 +125,15 @@ class Measurable:
 
 
 def a_length(key: str, words: str, example: str = "50 um", symbol: str = "", **more: Any) -> Measurable:
-    """A length, whose number is the length over D_c; `more` is what else is declared of it."""
+    """Declare a length, whose number is the length over D_c; `more` are further attributes."""
     return Measurable(key, LENGTH, words, example, symbol, **more)
 
 
 def a_time(key: str, words: str, symbol: str = "", **more: Any) -> Measurable:
-    """A time, whose number is the time over D_c/U_av; `more` is what else is declared of it."""
+    """Declare a time, whose number is the time over D_c/U_av; `more` are further attributes."""
     return Measurable(key, TIME, words, "2 ms", symbol, **{"usual": USUAL_TIME, **more})
 
 
 def a_viscosity(key: str, words: str, example: str = "1 mPa.s", symbol: str = "", **more: Any) -> Measurable:
-    """A viscosity, whose number is the viscosity over eta_0; `more` is what else is declared of it."""
+    """Declare a viscosity, whose number is the viscosity over eta_0; `more` are further attributes."""
     return Measurable(key, VISCOSITY, words, example, symbol, **{"usual": USUAL_VISCOSITY, **more})

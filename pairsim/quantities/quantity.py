@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 class Quantity:
     """Numbers of a kind in a message.
 
-    They are kept as they are written without units, and converted from that: units show no digit that is not known.
+    They are kept as the texts that are written without units, and converted from these texts to other units.
 
     Attributes:
         kind: Their kind.

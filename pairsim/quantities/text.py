@@ -15,7 +15,7 @@ def with_error(value: float, error: float | None, sign: str = "", digits: int = 
         value: The number.
         error: Half-width of its interval, shown to one digit (two where it begins with 1).
         sign: "+" shows the sign of positive numbers, too.
-        digits: Those of a number without an error.
+        digits: Significant digits of a number without an error.
     """
     if error is None or not math.isfinite(error) or error <= 0:
         return f"{value:{sign if value else ''}.{digits}g}"
@@ -49,12 +49,12 @@ def in_unit(
 
 
 def as_known(scales: Scales | None, unit: Kind, value: float, error: float | None, digits: int = 4) -> str:
-    """A number as `in_unit` without its error, with no more decimals than beside it, such as 66 um of 66 +- 6 um.
+    """A number as by `in_unit`, without its error but rounded to its decimals: 66 um for 66 +- 6 um.
 
     Args:
         scales, unit, value: As for `in_unit`.
-        error: Half-width of its interval. None, or one that is larger than the number: it is not rounded for it.
-        digits: Most digits.
+        error: Half-width of its interval; the number is not rounded if this is None or not below its absolute value.
+        digits: Largest number of significant digits.
     """
     size = unit.factor(scales)
     if error is not None and 0 < error < abs(value):

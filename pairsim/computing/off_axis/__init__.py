@@ -1,1 +1,1 @@
-"""Rates of displaced particles as tables and words, for their own question and for others beside theirs."""
+"""Rates of displaced particles as tables and words, for `pairsim focus` and in addition to other questions' results."""

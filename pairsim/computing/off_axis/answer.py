@@ -29,23 +29,23 @@ from pairsim.record.columns import CA_E, DE, DISTANCE, FOLLOWED, U
 from pairsim.record.table import Table
 from pairsim.solvers.focus.stability import Verdict
 
-SEEN = 0.05  # part of a Reynolds number from which on its half-width would be seen in two digits; chosen
-WIDE = 0.2  # part of a length that its range is at least, where both ends of the range are told; chosen
+SEEN = 0.05  # relative half-width of a Reynolds number above which it shows in two digits; chosen
+WIDE = 0.2  # relative width of the range of a length from which on both ends of the range are given; chosen
 
 
 type Units = Sequence[Scales] | None
 """The units of each row of a table; None without a `physical` block."""
 type Along = tuple[str, str] | None
-"""The key that is followed, and its unit where the table has its values in a column of their own."""
+"""The key that is followed, and the unit of its values if the table has a column for them."""
 
 
 def answer_of_focus(table: Table, scales: Units, along: Along = None) -> list[str]:
-    """A line for each verdict in turn along what is followed, and what memory changes."""
+    """The lines of `verdicts_in`, and one on what memory changes."""
     return [*verdicts_in(table, scales, along), *_memory(table, scales)]
 
 
 def verdicts_in(table: Table, scales: Units, along: Along = None) -> list[str]:
-    """A line for each verdict in turn along what is followed."""
+    """A line for each group of neighbouring rows with the same verdict."""
     verdicts = list(table[VERDICT])
     groups = [[row for row, _ in group] for _, group in groupby(enumerate(verdicts), key=lambda each: each[1])]
     return [_line(table, rows, scales, along) for rows in groups]
@@ -86,7 +86,7 @@ def _line(table: Table, rows: list[int], scales: Units, along: Along) -> str:
 
 
 def _where(table: Table, ends: list[int], scales: Units, along: Along) -> str:
-    """The values of what is followed, such as " at d = 0.1 to 0.4"; "" where nothing is."""
+    """The values of the parameter that is followed, such as " at d = 0.1 to 0.4"; "" if none is."""
     suffixes = table.suffixes(DISTANCE)
     moving = [suffix for suffix in suffixes if np.ptp(table.of(DISTANCE, suffix)) > 0]
     key, unit = along or ("", "")
@@ -127,7 +127,7 @@ def _periods(table: Table, ends: list[int], scales: Units) -> str:
 
 
 def _inertia(table: Table, rows: list[int]) -> str:
-    """Up to which Reynolds number this holds, of rows that focus, and whether it does in the experiment."""
+    """The Reynolds number up to which rows that focus do so, and whether that of the experiment is below it."""
     known = table[RE_MOST][rows]
     if np.isnan(known).all():
         return ", and inertia does not prevent it, to first order in the Reynolds number"
@@ -147,7 +147,7 @@ def _inertia(table: Table, rows: list[int]) -> str:
 
 
 def _memory(table: Table, scales: Units) -> list[str]:
-    """A line on what it changes that stresses and shapes remember displacements, where that is more than the error."""
+    """A line on the effect of the memory of stresses and shapes on a rate, if it is larger than the error."""
     change = {name: np.abs(table[name] - table[AT_REST.name + name.removeprefix(A.name)]) for name in table.each(A)}
     beyond = {name: each - np.nan_to_num(table[_error(name)], nan=np.inf) for name, each in change.items()}
     name = max(beyond, key=lambda each: float(beyond[each].max()))

@@ -1,4 +1,4 @@
-"""Rates off the axis beside the answer of another question, where a case has `focus: true`; loads their solver then."""
+"""Rates off the axis in addition to another question, in cases with `focus: true`; loads their solver only then."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ def rates_beside(
 ) -> Generator[events.Event, None, list[Text]]:
     """Compute the rates of all particles of a branch at some places, ascending: the table `focus`.
 
-    A place without rates fails nothing: the answer of the question is there already.
+    Where no rates are found there is a warning, and no failure: the question itself has been answered by then.
 
     Args:
         case: The case.
-        branch: Its solutions.
-        places: Where rates are computed.
-        done: How much of the work of the question is done, of which this is no part.
-        count: Number of its steps or points.
+        branch: Its branch of solutions.
+        places: The parameters at which rates are computed.
+        done: How much of `events.Begin.total` is done; the rates add nothing to it.
+        count: Number of steps or points of the question.
 
     Returns:
         Warnings.

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def lines_beside(tables: Tables, record: Record) -> list[str]:
-    """The line, or one for each verdict along the distances; none where no rates were asked for."""
+    """The line, or one for each verdict along the distances; none if the case does not ask for rates."""
     table = tables[NAME]
     if not table.rows:
         return []

@@ -40,7 +40,7 @@ from pairsim.solvers.parameters import Parameters
 
 
 def stability_row(place: Parameters, point: Point, stability: Stability) -> dict[str, float | str]:
-    """What a row of focus.csv has beside other values of the point, and its parameters as they were asked for."""
+    """The values of a row of focus.csv that the other values of the point lack, and its parameters as requested."""
     found, U = stability.disturbance, float(point.observation.U.mean())
     growth, error = float(stability.growth[0].real), stability.growth_error
     tube, least, most = tube_lengths(U, growth, error, stability.verdict)
@@ -64,13 +64,16 @@ def stability_row(place: Parameters, point: Point, stability: Stability) -> dict
 
 
 def tube_lengths(U: float, growth: float, error: float, verdict: Verdict) -> tuple[float, float, float]:
-    """The length of tube for a displacement that is smaller or larger by a factor of ten, and its range [D_c].
+    """The length of tube within which a displacement falls or grows by a factor of ten, and its range [D_c].
 
     Args:
         U: Velocity of the particles [U_av].
         growth: Growth rate of the displacement [U_av/D_c].
-        error: Its half-width.
-        verdict: The verdict; nan unless displacements surely decay or grow.
+        error: Half-width of the growth rate [U_av/D_c].
+        verdict: The verdict.
+
+    Returns:
+        The length, its least and its largest value; nan unless displacements surely decay or grow.
     """
     if verdict not in (Verdict.FOCUSES, Verdict.LEAVES):
         return math.nan, math.nan, math.nan
@@ -98,10 +101,10 @@ def row_of(
 
     Args:
         case: The case.
-        place: The parameters as they were asked for.
-        point: The solution there.
-        stability: What becomes of displacements.
-        scales: The units there; None without a `physical` block.
+        place: The parameters as requested.
+        point: The solution at these.
+        stability: Its stability against displacements from the axis.
+        scales: The units at these; None without a `physical` block.
     """
     row: dict[str, float | str] = {**point_row(point), **stability_row(place, point, stability)}
     Re = None if scales is None or case.experiment is None else case.experiment.reynolds_number(scales)
