@@ -1,1 +1,1 @@
-"""What questions share: their record, the session that carries them out, quasi-steady solutions, warnings."""
+"""Common parts of all questions: their record, the session that computes them, quasi-steady solutions, warnings."""

@@ -126,7 +126,7 @@ def fitting(data: Content, files: Files) -> list[str]:
 
 
 def first_accepted[C: SceneCase](commands: Sequence[str], read: Callable[[str], C]) -> tuple[str, C]:
-    """The first of several commands, all of which have the keys of a case, that allows its values, and the case.
+    """The first command that allows the values of a case, whose keys fit all of these commands, and the valid case.
 
     A file with `along`, for example, has only keys of `critical`, which needs a pair, and of `focus`, which does not.
 

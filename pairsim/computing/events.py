@@ -1,4 +1,4 @@
-"""The events that the computation of a command yields, by which alone it speaks to the session that carries it out.
+"""The events that the computation of a command yields: its only communication with the session that carries it out.
 
 A computation is a generator of these events that returns an `Outcome`. It knows no folder, opens no file, shows nothing
 and catches no signal (`computing/session.py` does), and may end anywhere by a `RunFailure`. Events that are due however
@@ -58,7 +58,7 @@ class Table:
     columns: Sequence[str]
     rows: Sequence[Mapping[str, Cell]] = ()  # values by column
     ascending: bool = False  # whether rows are kept in order of the first column; the file is then replaced at each row
-    resumed: bool = False  # whether a resumed computation goes on after those rows that its checkpoint counts
+    resumed: bool = False  # whether a resumed computation continues it after the rows that the checkpoint counts
 
 
 @dataclass(frozen=True)

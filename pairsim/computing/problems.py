@@ -21,7 +21,7 @@ def mesh_settings(case: SceneCase) -> MeshSettings:
 
 
 def _setup_of(case: SceneCase, monitor: Monitor | None) -> Setup:
-    """What runs and quasi-steady problems of a case have in common."""
+    """The part of the problem that runs and quasi-steady solutions of a case share."""
     return Setup(
         betas=case.betas,
         length=case.tube_length,

@@ -61,7 +61,7 @@ class Reporter:
         self.say(f"[{count}/{self.total:.0f}] {text}")
 
     def note(self, text: str) -> None:
-        """Show what the user should know."""
+        """Show a message that the user should see."""
         self.say(f"{self.title}: note: {text}" if self.title else text)
 
     def finish(self, text: str) -> None:

@@ -1,4 +1,4 @@
-"""What run.json says of a process: its memory, versions and machine."""
+"""Entries of run.json on a process: its memory, versions and machine."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def peak_memory() -> int:
 
 
 def memory() -> int:
-    """Memory of this process, in bytes; its peak so far where the system does not tell."""
+    """Memory of this process, in bytes; its peak so far if the system does not report the current value."""
     try:
         pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
     except OSError:

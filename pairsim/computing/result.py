@@ -207,7 +207,7 @@ class Result:
     def _with_quantity(self, frame: pd.DataFrame, scales: Scales) -> pd.DataFrame:
         """Insert the quantity of the experiment that gives the number which is followed, if there is one."""
         case = read_yaml(self._place / "case.yaml") if self._content is None else self.case.resolved()
-        along = case.get("along")  # of shapes values of Ca_e, else a key with its values
+        along = case.get("along")  # a list of values of Ca_e (shape, pressure), or a key with its values
         number = "Ca_e" if isinstance(along, list) else next(iter(along if isinstance(along, Mapping) else ()), "")
         experiment = Experiment.in_case(case)
         if experiment is not None and number in frame and number != DISTANCE.name:  # a distance has its unit already

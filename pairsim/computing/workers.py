@@ -312,8 +312,8 @@ class Shared[P, T]:
         """Give places to the workers; returns those that are left to the main process, the first ones.
 
         Args:
-            places: The places, neighbours beside each other.
-            more: Work that the main process has beside its places, in units of that of a place.
+            places: The places, in such an order that neighbours follow each other.
+            more: Work that the main process has in addition to its places, in units of the work of one place.
         """
         if not self.shares or len(places) < 2:
             return places

@@ -99,7 +99,7 @@ POINTS = np.linspace(-1, 1, 65)
 
 
 class Contour(NamedTuple):
-    """What a microscope sees of a particle: its section, its convex hull, and its volume of revolution; unit D_c."""
+    """What a microscope sees of a particle: its section, the convex hull of this, and its volume; lengths in D_c."""
 
     area: float
     deformation: float  # 1 - 2 sqrt(pi area)/perimeter
@@ -119,11 +119,11 @@ def contour(outline: Array) -> Contour:
 
 
 def polygon(outline: Array, points: Array = POINTS) -> Array:
-    """An outline, as that of `contour`, and its mirror image as a polygon about the axis, shape (m, 2).
+    """The polygon, symmetric about the axis, of an outline and its mirror image, shape (m, 2).
 
     Args:
-        outline: The outline.
-        points: The places on an arc, from -1 to 1, that are its corners.
+        outline: The outline, as in `contour`.
+        points: Local coordinates, from -1 to 1, of the corners on each arc.
     """
     left, middle, right = outline[:-2:2], outline[1::2], outline[2::2]
     s = points[:-1, None, None]
@@ -162,7 +162,7 @@ def gaps(bodies: list[Body], h: Array) -> Array:
 
 
 def centres(bodies: list[Body], h: Array) -> Array:
-    """Positions of the centres of volume, shape (N,), whose differences change with dU; see `gaps`."""
+    """Axial positions of the centres of volume [D_c], shape (N,); the rates of their differences are dU."""
     places = []
     for body in bodies:
         if body.phase is None:
@@ -223,7 +223,7 @@ def observe(
 
 
 def liquid_distortion(scene: Scene, x: Array) -> float:
-    """Smallest ratio of a liquid cell's current to its reference Jacobian; zero or negative if a cell is inverted."""
+    """Smallest ratio of the current Jacobian of a liquid cell to its reference one; not above 0 if one is inverted."""
     if not scene.moving:
         return 1.0
     mesh = scene.liquid.six_node_mesh
@@ -231,7 +231,7 @@ def liquid_distortion(scene: Scene, x: Array) -> float:
 
 
 def solid_distortion(bodies: list[Body], h: Array) -> float:
-    """Smallest ratio of a solid cell's current to its reference Jacobian.
+    """Smallest ratio of the current Jacobian of a solid cell to its reference one.
 
     In an incompressible solid this ratio is the inverse of the hoop stretch. It is infinite without soft particles.
     """

@@ -114,13 +114,13 @@ class Scene:
         return self.material.has_memory or any(viscous)
 
     def boundary_velocity(self, points: Array) -> Array:
-        """Velocity (z, r) on the wall and prescribed ends, as in a Newtonian liquid, at points, (k, 2) -> (k, 2)."""
+        """Velocity at points on wall and prescribed ends, shape (k, 2) -> (k, 2): by the drive, or Poiseuille flow."""
         if self.drive.boundary is not None:
             return np.asarray(self.drive.boundary(points))
         return self.flow * poiseuille(points)
 
     def set_flow(self, x: Array, flow: float) -> None:
-        """Change the mean velocity of the liquid [U_av]; at prescribed ends, set x to the Newtonian profile."""
+        """Change the mean velocity of the liquid [U_av]; at prescribed ends, set `boundary_velocity` in x."""
         self.flow = flow
         if not self.periodic:
             for nodes in (self.nodes.inlet, self.nodes.outlet):

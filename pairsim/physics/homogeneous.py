@@ -69,7 +69,7 @@ def stress_after(liquid: Liquid, L: Array, end: float) -> Array:
 
 
 def steady_shear(liquid: Liquid, rates: Array, memory: ShearMemory | None = None) -> tuple[Array, Array]:
-    """Viscosity and first normal stress difference over eta_0 in steady shear.
+    """Viscosity and first normal stress difference in steady shear.
 
     Args:
         liquid: The liquid.
@@ -77,7 +77,7 @@ def steady_shear(liquid: Liquid, rates: Array, memory: ShearMemory | None = None
         memory: Keeps the solution as a first guess for a similar liquid at similar rates; None: no first guess.
 
     Returns:
-        Viscosity over eta_0, and N1 over eta_0 U_av/D_c, (n,) each.
+        Viscosity [eta_0], and N1 [eta_0 U_av/D_c], (n,) each.
     """
     viscosity = np.asarray(liquid.xi * liquid.solvent.viscosity(rates**2) * np.ones_like(rates), dtype=float)
     N1 = np.zeros_like(rates)
@@ -89,7 +89,7 @@ def steady_shear(liquid: Liquid, rates: Array, memory: ShearMemory | None = None
 
 
 def normal_stresses(liquid: Liquid, rates: Array) -> tuple[Array, Array]:
-    """First and second normal stress difference in steady shear over eta_0 U_av/D_c, (n,) each.
+    """First and second normal stress difference in steady shear [eta_0 U_av/D_c], (n,) each.
 
     Args:
         liquid: The liquid.
@@ -185,7 +185,7 @@ class _Points:
         return c, not len(left)
 
     def _change(self, c: Array, Wi: Array, gamma2: Array) -> tuple[Array, Array]:
-        """The rate of change of conformations, (4, m), and its derivatives by them by complex steps, (m, 4, 4)."""
+        """The rate of change of conformations, (4, m), and its Jacobian by complex steps, (m, 4, 4)."""
         h, m = 1e-30, len(Wi)
         columns = np.concatenate([c, *(c + 1j * h * unit[:, None] for unit in np.eye(4))], axis=1)
         _, zr, rr, _ = columns

@@ -136,7 +136,7 @@ def digest_of(file: Path) -> str:
 
 
 def use_laws(*laws: str | PathLike[str] | type[Material]) -> None:
-    """Make laws of one's own known, before the first case is read; processes of sweeps know them, too.
+    """Make your own laws known, before the first case is read; processes of sweeps know them, too.
 
     Args:
         laws: Files as for `--laws`, or classes that are defined in a file.

@@ -1,7 +1,7 @@
-"""How a flow rate varies in time. This module does not import numpy, since checks of case files use it.
+"""Flow rates that vary in time. This module does not import numpy, since checks of case files use it.
 
-A step of a run, which is implicit, is driven by the flow at its end: values are those before a jump, and steps begin
-and end where a waveform has a kink or jumps.
+A time step, which is implicit, is driven by the flow at its end: at a jump `Waveform.at` therefore gives the value
+before it, and steps begin and end where a waveform has a kink or jumps.
 """
 
 from __future__ import annotations
@@ -247,7 +247,7 @@ def ramp(period: float, mean: float, amplitude: float) -> Polyline:
 
 
 SHAPES = {"sine": Sine, "square": square, "triangle": triangle, "ramp": ramp}
-"""Waveforms of a period, mean and amplitude by name."""
+"""Functions of period, mean and amplitude that make a waveform, by name."""
 
 
 def table(times: Sequence[float], flows: Sequence[float]) -> Polyline:

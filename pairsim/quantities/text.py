@@ -42,7 +42,7 @@ def softness(Ca_e: float, scales: Scales | None) -> str:
 def in_unit(
     scales: Scales | None, unit: Kind, value: float, error: float | None = None, sign: str = "", digits: int = 4
 ) -> str:
-    """A number with its error as `with_error`, in the physical unit such as 10.0 +- 0.5 um; without scales as it is."""
+    """A number with its error as by `with_error`, in the physical unit, such as 10.0 +- 0.5 um, if there are scales."""
     size = unit.factor(scales)
     text = with_error(size * value, None if error is None else size * error, sign, digits)
     return text if scales is None else f"{text} {unit.physical}".rstrip()  # pure numbers have no unit
@@ -63,5 +63,5 @@ def as_known(scales: Scales | None, unit: Kind, value: float, error: float | Non
 
 
 def with_name(scales: Scales | None, unit: Kind, value: float, error: float | None = None, digits: int = 4) -> str:
-    """A number as `in_unit`, with the name of its unit where there are no scales, too."""
+    """A number as by `in_unit`, but with the name of its unit also without scales, such as 0.2 D_c."""
     return in_unit(scales, unit, value, error, digits=digits) + (f" {unit.name}" if scales is None else "")

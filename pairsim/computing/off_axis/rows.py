@@ -40,7 +40,7 @@ from pairsim.solvers.parameters import Parameters
 
 
 def stability_row(place: Parameters, point: Point, stability: Stability) -> dict[str, float | str]:
-    """The values of a row of focus.csv that the other values of the point lack, and its parameters as requested."""
+    """The values of a row of focus.csv that follow from the stability, and the parameters as requested."""
     found, U = stability.disturbance, float(point.observation.U.mean())
     growth, error = float(stability.growth[0].real), stability.growth_error
     tube, least, most = tube_lengths(U, growth, error, stability.verdict)
@@ -87,7 +87,7 @@ def _known(value: float) -> float:
 
 
 def names_of_rows(case: SceneCase, more: Sequence[Column] = (), n: int | None = None) -> list[str]:
-    """The names of the columns of a table of rates: those of n particles, by default of all of the case."""
+    """The names of the columns of a table of rates, for n particles; by default for all particles of the case."""
     count = case.n if n is None else n
     density = [] if case.reynolds_number is None else [RE]
     columns = [DISTANCE, CA_E, DE, *more, U, U_ERROR, *INTERVALS, *density, *MATRIX, NEWTON, UNKNOWNS]

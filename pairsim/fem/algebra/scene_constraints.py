@@ -266,7 +266,7 @@ def balance_constraints(scene: Scene, x: Array) -> Constraints:
     surfaces, in whose momentum equations the elastic traction is constant.
 
     Args:
-        scene: A viscoelastic scene in time.
+        scene: A time-dependent scene with a viscoelastic liquid.
         x: Full vector, shape (n,).
     """
     made = _Builder(scene)

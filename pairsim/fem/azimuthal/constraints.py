@@ -37,7 +37,7 @@ class DisturbedConstraints:
     Attributes:
         N: Dependence of the full vector on the free unknowns, shape (n, n_y).
         D: Dependence on the displacements of the particles, shape (n, N_p).
-        T: Restriction of the residual, shape (n_y, n); rows of `pins` are empty.
+        T: Restriction of the residual, shape (n_y, n); rows for which `pins` has a condition are empty.
         pins: Conditions on the full vector that replace equations, shape (n_y, n).
         pinned: Values of these conditions for unit displacements of the particles, shape (n_y, N_p).
         lateral: Free unknowns that are the lateral velocities of the particles, shape (N_p,).

@@ -21,7 +21,7 @@ from pairsim.runtime.fenicsx import MPI, dolfinx
 
 
 class Assembly:
-    """The matrix of the disturbances of a phase on cells whose nodes move: its form, its pattern and its numbering.
+    """Assembles the matrix of the disturbances of a phase, for any positions of the nodes of the same cells.
 
     Args:
         compiled: The form.

@@ -55,7 +55,7 @@ def _loops() -> Any:
 
 
 def _argument(value: Any) -> Any:
-    """A C argument: pointers of arrays, int64 for Python's integers, int32 for integers of NumPy."""
+    """A value as an argument for C: a pointer for an array, int64_t for an int, int32_t for an np.int32."""
     if isinstance(value, np.ndarray):
         assert value.flags.c_contiguous
         return value.ctypes.data_as(ctypes.c_void_p)

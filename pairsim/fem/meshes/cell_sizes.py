@@ -15,7 +15,7 @@ Distances = Callable[[float, float], list[tuple[float, float]]]
 
 
 def make_outlines(geometry: Geometry, settings: MeshSettings) -> list[Outline]:
-    """Divide every half-circle into at least N_p arcs, finer towards narrow gaps and towards a near wall.
+    """Divide every half-circle into arcs, at least N_p unless sizes are adapted, finer at narrow gaps and a near wall.
 
     Args:
         geometry: The spheres.
@@ -26,7 +26,7 @@ def make_outlines(geometry: Geometry, settings: MeshSettings) -> list[Outline]:
     """
     outlines: list[Outline] = []
     n = len(geometry.betas)
-    row, first = (geometry.repeated(3), n) if geometry.closed else (geometry, 0)  # between its neighbours
+    row, first = (geometry.repeated(3), n) if geometry.closed else (geometry, 0)  # a period between its neighbours
     for i in range(n):
         if geometry.mirrored and i > n - 1 - i:
             outlines.append(outlines[n - 1 - i].mirror())

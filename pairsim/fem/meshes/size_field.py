@@ -169,7 +169,7 @@ class AdaptedSizes:
         return replace(self, factor=self.factor * factor)
 
     def on(self, geometry: Geometry) -> Size:
-        """Sizes for a geometry, by the field whose distances are the nearest."""
+        """Sizes for a geometry, from the field whose distances are the nearest to its own."""
 
         def apart(field: SizeField) -> float:
             pairs = zip(geometry.gaps, field.geometry.gaps, strict=True)
@@ -179,11 +179,14 @@ class AdaptedSizes:
         return lambda z, r: factor * size(z, r)
 
     def along_outline(self, i: int, angles: Array) -> Array:
-        """Lengths of arcs by the least of all fields, as the outline of a particle is the same at all distances.
+        """Lengths of arcs by the smallest size of all fields, as a particle has the same outline at all distances.
 
         Args:
             i: Number of the particle.
-            angles: Polar angles, from the downstream pole.
+            angles: Polar angles, from the downstream pole, shape (k,).
+
+        Returns:
+            Lengths [D_c], shape (k,).
         """
         least = np.full(len(angles), np.inf)
         for field in self.fields:

@@ -224,7 +224,7 @@ def liquid_phase(liquid: Liquid, moving: bool, steady: bool = False) -> Compiled
 
     fields = (*liquid.fields, *((DISPLACEMENT,) if moving else ()), *((MESH_VELOCITY,) if steady else ()))
     of_time = ("rate",) if steady else ("g", "U_m") if transported else ()
-    laws = [type(each) for each in (liquid.solvent, *liquid.modes, liquid.yielding)]  # two may have one name
+    laws = [type(each) for each in (liquid.solvent, *liquid.modes, liquid.yielding)]  # two laws may share a name
     return _compile((liquid.structure, *laws, moving, steady), fields, (*liquid.numbers, *of_time), build)
 
 

@@ -37,7 +37,7 @@ from pairsim.runtime.fenicsx import dolfinx
 fem = dolfinx.fem
 
 Enriched = Literal["tests", "unknowns"]
-"""What has a degree one above the fields of a phase."""
+"""Whether the test functions or the unknowns are one degree above the fields of a phase."""
 Additions = dict[str, Array]
 """Additions to fields by name: values at the nodes of one degree higher in each cell, (m, q, components)."""
 
@@ -95,7 +95,7 @@ class EnrichedResidual:
         phase: The phase; each assembly uses its constants at that time.
 
     Attributes:
-        what: What is one degree higher.
+        what: Whether the test functions or the unknowns are one degree higher.
         phase: The phase.
         fields: The fields one degree higher, by name.
         cells: Numbers in the `SixNodeMesh` of the cells in the order of DOLFINx, (m,).

@@ -121,7 +121,7 @@ class PatchRecovery:
 
 
 def _patches(mesh: SixNodeMesh, fewest: int, carried: int) -> sparse.csr_matrix:
-    """Which nodes are in the patch of every vertex, boolean, shape (vertices, nodes).
+    """Boolean matrix of the nodes in the patch around each vertex, shape (vertices, nodes).
 
     Args:
         mesh: The mesh.
@@ -137,7 +137,7 @@ def _patches(mesh: SixNodeMesh, fewest: int, carried: int) -> sparse.csr_matrix:
     corners = of_cells(np.searchsorted(mesh.vertices, mesh.cells[:, :3]), len(vertices))
     nodes = of_cells(mesh.cells[:, :carried], len(mesh.points))
     around, neighbours = (sparse.csr_matrix(corners.T @ each) for each in (nodes, corners))
-    fewest = min(fewest, len(np.unique(mesh.cells[:, :carried])))  # a mesh of a few cells has no more
+    fewest = min(fewest, len(np.unique(mesh.cells[:, :carried])))  # a mesh of a few cells may have fewer in all
     row, patches, near = vertices.copy(), around, neighbours
     few = np.diff(patches.indptr) < fewest
     while few.any():

@@ -94,7 +94,7 @@ class Liquid:
 
     @property
     def structure(self) -> str:
-        """The names of its laws, such as "giesekus" or "oldroyd-b+fene-p/carreau": what its forms depend on."""
+        """The names of its laws, on which its forms depend, such as "giesekus" or "oldroyd-b+fene-p/carreau"."""
         polymer = "+".join(mode.name for mode in self.modes)
         if not polymer:
             return self.solvent.name
@@ -113,7 +113,7 @@ class Liquid:
 
     @property
     def numbers(self) -> dict[str, float]:
-        """All parameters by name; those of laws with their place, such as "solvent.n" or "modes.0.alpha"."""
+        """All parameters by name; those of laws are preceded by their place: "solvent.n", "modes.0.alpha"."""
         found = {f"solvent.{name}": value for name, value in self.solvent.numbers.items()}
         if self.modes:
             found |= {"De": self.De, "xi": self.xi}
@@ -193,7 +193,7 @@ class Liquid:
 
     @property
     def cells(self) -> Literal["newtonian", "viscous", "thinning", "hardening"]:
-        """The kind of profile in the tube and of stress layers at the particles, which decides the cells of a mesh."""
+        """The kind of velocity profile and of stress layers at the particles, from which cell sizes are chosen."""
         if not self.modes:
             return "newtonian" if self.newtonian else "viscous"
         return "hardening" if any(mode.hardens for mode in self.modes) else "thinning"

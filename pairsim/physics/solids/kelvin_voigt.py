@@ -12,7 +12,7 @@ from pairsim.quantities.measurable import a_viscosity
 
 @dataclass(frozen=True)
 class KelvinVoigt(NeoHookean):
-    """sigma = (B - I)/Ca_e + 2 eta e(v), with the velocity v of the material: it follows a load within eta Ca_e."""
+    """sigma = (B - I)/Ca_e + 2 eta e(v), with the velocity v of the material; the retardation time is eta Ca_e."""
 
     name = "kelvin-voigt"
     label = "Kelvin-Voigt"
