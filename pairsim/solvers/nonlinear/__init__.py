@@ -1,1 +1,1 @@
-"""Newton's method, the factors of its matrix, and when they are made anew."""
+"""Newton's method, the factorisation of its matrix, and when this is renewed."""

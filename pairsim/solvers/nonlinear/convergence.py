@@ -1,4 +1,4 @@
-"""When the iterations of Newton's method end, and its report."""
+"""Convergence and divergence tests of Newton's method, and the report of a solve."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ import numpy as np
 from pairsim.runtime.fenicsx import PETSc
 from pairsim.solvers.nonlinear.jacobian_lagging import LaggedMatrix
 
-# Growth of the residual at which the iteration is stopped. No iteration with a larger growth was seen to converge, and
-# MUMPS takes tens of seconds for each matrix of such states.
+# Growth of the residual at which the iteration is stopped. No iteration whose residual grew by more was seen to
+# converge, and MUMPS takes tens of seconds for each matrix of such states.
 LOST = 1e8
-# Fields whose steps do not tell whether the iteration diverges: pressures and forces may change by a multiple of their
+# Fields whose steps are ignored in the test for divergence: pressures and forces may change by a multiple of their
 # initial values.
 FOLLOWING = ("m", "p_f", "p_s", "dp", "F")
 
@@ -40,19 +40,20 @@ class Report:
 
 
 class Convergence:
-    """The test after each iteration.
+    """The test for convergence and divergence after each iteration.
 
     Args:
         tolerance: Largest estimated error of a field after the last iteration, relative to the norm of the field.
         max_iterations: Largest number of iterations in one solve.
-        matrix: The matrix of the iterations.
-        steps_may_grow: Whether steps that grow are no sign of divergence, as where a line search has shortened them.
+        matrix: Age and rate of contraction of the matrix of the iterations.
+        steps_may_grow: Whether growing steps are not taken as divergence, because a line search may have shortened the
+            earlier ones.
 
     Attributes:
-        reason: Why the iterations ended; empty before.
+        reason: Why the iterations ended; empty until they have.
         steps: Norm of the last step of each field, relative to the field.
         residual: Euclidean norm of the last residual.
-        leading: Largest of the last steps that tell whether the iteration diverges.
+        leading: Largest of the last steps of those fields that are not in `FOLLOWING`, relative to the fields.
     """
 
     def __init__(
@@ -69,12 +70,13 @@ class Convergence:
         self.steps: dict[str, float] = {}
 
     def test(self, iteration: int, residual: float, steps: Callable[[], dict[str, float]]) -> int:
-        """Whether to go on: PETSc's reason of convergence or divergence.
+        """PETSc's code for the state of the iteration: to be continued, converged or diverged.
 
         Args:
             iteration: Number of iterations done.
             residual: Euclidean norm of the residual.
-            steps: The norms of the last step by field, relative to the fields; called after an iteration.
+            steps: Returns the norms of the last step by field, relative to the fields; not called before the first
+                iteration.
         """
         end, self.residual = PETSc.SNES.ConvergedReason, residual
         if not np.isfinite(residual):

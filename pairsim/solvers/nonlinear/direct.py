@@ -1,4 +1,4 @@
-"""Direct solution of a sparse system whose matrix is given, with the factors that Newton's matrix has."""
+"""Direct solution of a sparse linear system with a given matrix, by the factorisation that Newton's matrix has."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _PREFIXES = count()
 
 
 class GivenSystem(ReducedSystem):
-    """A system whose matrix is given.
+    """A linear system with a given matrix.
 
     Args:
         matrix: The matrix, shape (n_y, n_y).
@@ -30,13 +30,10 @@ class GivenSystem(ReducedSystem):
 
 
 class DirectSolver:
-    """A factorised matrix.
+    """A given matrix with its factors.
 
     Args:
         matrix: The matrix, shape (n_y, n_y).
-
-    Raises:
-        NoSteadyState: The matrix is singular.
     """
 
     def __init__(self, matrix: sparse.csr_matrix) -> None:
@@ -53,10 +50,10 @@ class DirectSolver:
         self._factors.make()
 
     def solve(self, rhs: Array) -> Array:
-        """Solutions, shape (n_y, k) -> (n_y, k).
+        """Solve for k right-hand sides, shape (n_y, k) -> (n_y, k).
 
         Raises:
-            NoSteadyState: The matrix is singular.
+            NoSteadyState: The matrix is singular in double precision, after refinement in single precision has failed.
         """
         return self._factors.solve(np.ascontiguousarray(rhs.T), transposed=False, tolerance=EXACT).T
 

@@ -1,7 +1,8 @@
-"""The matrix of the free unknowns and MUMPS's factors of it: order, precision, workspace, and solutions with them.
+"""The matrix of the free unknowns and its factorisation by MUMPS: ordering, precision, workspace and linear solves.
 
-Factors are in single precision, and solutions are refined with the matrix itself. Where that does not converge, near
-folds, factors are in double precision. See "Nonlinear and linear solvers" in docs/explanation/numerics.md.
+The factors are in single precision, and solutions are refined iteratively with the matrix itself. Where the refinement
+does not converge, as near folds, the factors are in double precision. See "Nonlinear and linear solvers" in
+docs/explanation/numerics.md.
 """
 
 from __future__ import annotations
@@ -23,15 +24,15 @@ from pairsim.runtime.signals import sigterm_waits
 MOST_ANALYSES = 4  # attempts with the workspace of MUMPS doubled each time; chosen
 # Residuals of linear systems relative to the right-hand side, all chosen. With factors of the same matrix in single
 # precision the first solution leaves 1e-6 to 1e-3, and every refinement gains a factor of 1e4; with those of an earlier
-# iterate a factor of 30. Adjoints to 1e-6 changed no dU by more than 1e-8 of the peak.
+# iterate, a factor of 30. Solving adjoints to 1e-6 only changed no dU by more than 1e-8 of the peak.
 EXACT = 1e-10  # of derivatives
 ACCURATE = 1e-8  # of Newton steps
 ADJOINT = 1e-6  # of adjoints
 LAST = 1e-4  # of a last Newton step
-ROUGH = 1e-2  # of Newton steps that leave larger errors themselves
-MOST_REFINEMENTS = 6  # chosen; a matrix that needs more is too close to a singular one for single precision
+ROUGH = 1e-2  # of Newton steps that leave a larger error for other reasons: nonlinearity or a lagged matrix
+MOST_REFINEMENTS = 6  # chosen; a matrix that needs more is too close to singular for single precision
 DIRECTION = 9  # ICNTL(9): MUMPS solves with the matrix if it is 1, otherwise with its transpose
-PETSC_ORDER = 7  # ICNTL(7) with which PETSc hands its own order to MUMPS
+PETSC_ORDER = 7  # value of ICNTL(7) with which the ordering is passed on from PETSc in place of one of MUMPS
 
 
 @dataclass(frozen=True)
@@ -39,13 +40,13 @@ class MumpsOptions:
     """Control parameters of MUMPS.
 
     By default the matrix is ordered by nested dissection without a preceding maximum transversal; zeros on the diagonal
-    are treated by pivoting. Measured: with the transversal `transversal=5` the factors have 4 to 14 % more entries in
-    every kind of scene, with MUMPS's automatic choice twice as many.
+    are treated by pivoting. Measured: with `transversal=5` the factors have 4 to 14 % more entries in every kind of
+    scene, with MUMPS's automatic choice twice as many.
 
     Attributes:
         transversal: ICNTL(6), permutation to a zero-free diagonal; 0 for none.
         ordering: ICNTL(7), fill-reducing ordering; 5 is METIS.
-        workspace: ICNTL(14), workspace above the estimate [%].
+        workspace: ICNTL(14), workspace in excess of the estimate [%].
     """
 
     transversal: int = 0
@@ -59,7 +60,9 @@ class MumpsOptions:
 
 
 class ReducedSystem:
-    """Matrix and vectors; arrays are in the numbering of the unknowns.
+    """The matrix T A P and its vectors in PETSc, whose rows are in the order of elimination.
+
+    Arrays that are passed to the methods or returned by them are in the numbering of the free unknowns.
 
     Args:
         scene: The scene.
@@ -94,33 +97,33 @@ class ReducedSystem:
         return found
 
     def gather(self, vector: Any) -> Array:
-        """The values of a vector, shape (n_y,)."""
+        """The values of a PETSc vector, shape (n_y,)."""
         values = np.empty(len(self._order))
         values[self._order] = vector.getArray(readonly=True)
         return values
 
     def scatter(self, values: Array, vector: Any) -> None:
-        """Set a vector from values, shape (n_y,)."""
+        """Set a PETSc vector to values, shape (n_y,)."""
         vector.setArray(values[self._order])
 
     def block(self, values: Array) -> Any:
-        """PETSc's dense matrix whose columns are vectors, shape (k, n_y)."""
+        """A dense PETSc matrix with the k rows of `values`, shape (k, n_y), as its columns."""
         columns = np.asfortranarray(values[:, self._order].T)
         return PETSc.Mat().createDense(columns.shape, array=columns, comm=PETSc.COMM_SELF)
 
     def columns(self, block: Array) -> Array:
-        """The vectors that are the columns of a block, shape (k, n_y)."""
+        """The k vectors, shape (k, n_y), that are the columns of a block, shape (n_y, k)."""
         values = np.empty(block.T.shape)
         values[:, self._order] = block.T
         return values
 
 
 class Factors:
-    """MUMPS's factors of a matrix, in the linear solver (KSP) of one of PETSc's nonlinear ones (SNES).
+    """The factors of a matrix by MUMPS, as the preconditioner of a linear solver of PETSc (KSP).
 
     Args:
         system: The matrix.
-        ksp: The KSP.
+        ksp: The KSP, of its own or of a nonlinear solver (SNES).
         prefix: Prefix of its options in PETSc's database.
         mumps: Control parameters.
         single: Whether to begin in single precision.
@@ -128,7 +131,7 @@ class Factors:
     Attributes:
         single: Whether the factors are in single precision.
         count: Number of matrices factorised so far.
-        regular: Whether the last factorisation succeeded; otherwise there may be no factors.
+        regular: Whether the last factorisation succeeded; if not, there may be no factors to solve with.
         options: PETSc options of the factorisation, without their prefix.
     """
 
@@ -136,7 +139,7 @@ class Factors:
         self._system, self._ksp, self._prefix = system, ksp, prefix
         self.single, self._workspace, self.count = single, mumps.workspace, 0
         self.regular = False
-        self._kept = False  # whether the factors are those of an earlier matrix than the assembled one
+        self._kept = False  # whether the factors are those of an earlier matrix, not of the one assembled now
         ksp.getPC().setType("lu")
         ksp.getPC().setFactorSolverType("mumps")
         self.options: dict[str, int | str] = {f"mat_mumps_{k}": v for k, v in mumps.controls.items()}
@@ -144,13 +147,16 @@ class Factors:
         self._refine()
 
     def _refine(self) -> None:
-        """Refine solutions with factors in single precision; others are taken as they are, near folds too."""
+        """Set the KSP to refine solutions if the factors are in single precision.
+
+        With factors in double precision there is no refinement, not even near folds.
+        """
         norm = PETSc.KSP.NormType
         self._ksp.setType("richardson" if self.single else "preonly")
         self._ksp.setNormType(norm.UNPRECONDITIONED if self.single else norm.NONE)
 
     def tolerate(self, rough: bool) -> None:
-        """Set the accuracy of the solutions of the next Newton steps, ROUGH or ACCURATE."""
+        """Set the tolerance of the linear systems of the next Newton steps, ROUGH or ACCURATE."""
         self._ksp.setTolerances(rtol=ROUGH if rough else ACCURATE, max_it=MOST_REFINEMENTS)
 
     @property
@@ -159,7 +165,11 @@ class Factors:
         return int(self._ksp.getPC().getFactorMatrix().getMumpsInfog(22))
 
     def make(self) -> None:
-        """Factorise; analyse again with twice the workspace if delayed pivots exceed it, use double if singular."""
+        """Factorise the assembled matrix; `regular` tells whether this succeeded.
+
+        If delayed pivots exceed the workspace, it is doubled and the analysis repeated. If the factorisation in single
+        precision fails otherwise, as for a singular matrix, it is repeated in double precision.
+        """
         self._kept = False
         self._ksp.getPC().setReusePreconditioner(False)
         self.count += 1
@@ -178,7 +188,7 @@ class Factors:
                 break
 
     def keep(self) -> None:
-        """Use the factors for the matrix that has been assembled since, which must be close to theirs."""
+        """Keep the factors to refine solutions with a matrix that was assembled after them and differs little."""
         self._ksp.getPC().setReusePreconditioner(True)
         self._kept = True
 
@@ -188,7 +198,7 @@ class Factors:
         self._ksp.reset()
 
     def use_double(self) -> None:
-        """Discard the factors, and make all later ones in double precision."""
+        """Discard the factors, and compute all later ones in double precision."""
         self.single = False
         PETSc.Options()[f"{self._prefix}pc_precision"] = "double"
         self.forget()
@@ -198,8 +208,9 @@ class Factors:
     def solve(self, rhs: Array, *, transposed: bool, tolerance: float) -> Array:
         """Solve with the assembled matrix, or its transpose.
 
-        A solution takes as long as reading the factors, which is done once for all right-hand sides. Factors that do
-        not serve are made anew, and then in double precision.
+        The time of a solve is that of reading the factors, which is done once for all right-hand sides. Factors with
+        which the tolerance is not met are replaced: those of an earlier matrix by those of the assembled one, and these
+        by factors in double precision.
 
         Args:
             rhs: Right-hand sides, shape (k, n_y).
@@ -210,7 +221,7 @@ class Factors:
             Solutions, shape (k, n_y).
 
         Raises:
-            NoSteadyState: The matrix is singular in double precision, too.
+            NoSteadyState: The factors had to be replaced, and the matrix is singular in double precision, too.
         """
         while True:
             x, met = self._refined(rhs, transposed, tolerance)
@@ -223,7 +234,10 @@ class Factors:
                 raise NoSteadyState("Newton's matrix is singular at the solution", advice="a larger mesh.Np")
 
     def _refined(self, rhs: Array, transposed: bool, tolerance: float) -> tuple[Array, bool]:
-        """Solutions with the present factors, and whether the tolerance was met; in double it is not asked for."""
+        """Solutions with the present factors, and whether they meet the tolerance.
+
+        Factors in double precision are used without refinement, and the tolerance is taken to be met.
+        """
         system, factors = self._system, self._ksp.getPC().getFactorMatrix()
 
         def squares(values: Array) -> Array:

@@ -1,4 +1,4 @@
-"""When Newton's matrix is assembled and factorised anew, by its rate of contraction.
+"""Jacobian lagging: the observed rate of contraction decides when Newton's matrix is assembled and factorised again.
 
 The origin of the default values is given in docs/explanation/decisions.md.
 """
@@ -11,15 +11,15 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class MatrixPolicy:
-    """Criteria for a new matrix. Assembling and factorising one costs as much as about 13 iterations without.
+    """Criteria for a new matrix. Assembling and factorising one costs about as much as 13 iterations with an old one.
 
     Attributes:
         slow: Rate of contraction above which the matrix is not reused.
         other_step: Largest relative change of g = gamma dt for which the matrix is reused in another step.
         far: Norm of a step, relative to the fields, above which even a matrix from the same iteration is replaced.
-        near: Rate of contraction up to which the factors serve to solve linear systems with the matrix at the solution:
-            six refinements then reach 1e-10 of the right-hand side.
-        unproven_rate: Smallest rate of contraction that is assumed before one was observed in the present solve.
+        near: Rate of contraction up to which the factors also serve to solve linear systems with the exact matrix at
+            the solution: six refinements then reach 1e-10 of the right-hand side.
+        unproven_rate: Smallest rate of contraction that is assumed before one is observed in the present solve.
     """
 
     slow: float = 0.15
@@ -29,7 +29,7 @@ class MatrixPolicy:
     unproven_rate: float = 0.1
 
     def serves_step(self, ratio: float) -> bool:
-        """Whether a matrix is reused in a solve whose g is `ratio` times that of the matrix; infinite: no matrix."""
+        """Whether a matrix is reused in a solve whose g is `ratio` times its own; infinite where there is no matrix."""
         return abs(ratio - 1) <= self.other_step
 
     def is_worn(self, rate: float, step: float, fresh: bool) -> bool:
@@ -44,7 +44,7 @@ class MatrixPolicy:
 
 
 class LaggedMatrix:
-    """Age and rate of contraction of the factorised matrix. It contains numbers only and can be tested without a scene.
+    """Age and rate of contraction of the factorised matrix; plain numbers, which can be tested without a scene.
 
     Args:
         policy: When a new matrix is assembled.
@@ -66,7 +66,7 @@ class LaggedMatrix:
 
     @property
     def contraction(self) -> float:
-        """Rate of contraction to expect of further iterations with this matrix in the present solve."""
+        """Rate of contraction expected of further iterations with this matrix in the present solve."""
         return max(self.rate, self._mismatch)
 
     def begin_solve(self, g: float) -> None:
@@ -77,11 +77,11 @@ class LaggedMatrix:
         self._step = 0.0
 
     def is_near(self) -> bool:
-        """Whether the factors are near those of the matrix at the solution of the last solve."""
+        """Whether the factors are close enough to the matrix at the last solution to refine solutions with it."""
         return self.g is not None and self.rate <= self._policy.near
 
     def made(self, g: float) -> None:
-        """Record that a new matrix was assembled and factorised with this g = gamma dt."""
+        """Record that a new matrix has been assembled and factorised with this g = gamma dt."""
         self.g, self.rate, self._mismatch = g, 0.0, 0.0
         self.due, self.fresh = False, True
 
@@ -93,7 +93,7 @@ class LaggedMatrix:
         """Estimate the error that remains after a Newton step from the rate of contraction.
 
         Args:
-            iteration: Number of the step in its solve, from 1.
+            iteration: Number of the step in its solve, counted from 1.
             step: Norm of the step, relative to the fields.
         """
         previous, self._step = self._step, step

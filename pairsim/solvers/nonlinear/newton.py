@@ -1,7 +1,7 @@
 """Newton's method for T R(x(y)) = 0 with PETSc SNES and MUMPS.
 
-The matrix T A P is assembled straight from the cells, and kept while the iteration contracts well. See "Nonlinear and
-linear solvers" in docs/explanation/numerics.md.
+The matrix T A P is assembled directly from the cells, and reused while the iteration contracts well. See "Nonlinear
+and linear solvers" in docs/explanation/numerics.md.
 """
 
 from __future__ import annotations
@@ -25,14 +25,15 @@ from pairsim.solvers.nonlinear.jacobian_lagging import LaggedMatrix, MatrixPolic
 _PREFIXES = itertools.count()
 
 REASONS = {-3: "the matrix is singular", -4: "the residual is not a number", -5: "too many iterations"}
-# A step with the matrix of an earlier iterate, or after a step larger than this, leaves a larger error itself than a
-# linear system that is solved roughly. Chosen.
+# Size of a step above which the next linear system is solved roughly, as with a lagged matrix: the step itself then
+# leaves a larger error than its linear system. Chosen.
 NONLINEAR = 1e-2
-# In liquids with a yield stress, where an old matrix leads astray and the line search shortens many steps. Of three
-# dragged spheres and two pairs at Bn .5 to 50 none failed with both, and two did with either; measured.
+# For liquids with a yield stress, where a lagged matrix leads astray and the line search shortens many steps. Of three
+# dragged spheres and two pairs at Bn .5 to 50 none failed with more iterations and newer matrices, and two did with
+# either of these alone; measured.
 KINKED_ITERATIONS = 30
 KINKED_FAR = 1e-3
-KINKED_TOLERANCE = 1e-8  # one or two iterations more than 1e-4; the last ones contract by more than elsewhere
+KINKED_TOLERANCE = 1e-8  # takes one or two iterations more than 1e-4; the last ones contract faster than elsewhere
 
 
 @dataclass(frozen=True)
@@ -42,8 +43,8 @@ class NewtonOptions:
     Attributes:
         tolerance: Largest estimated error of a field after the last iteration, relative to the norm of the field.
         max_iterations: Largest number of iterations in one solve.
-        line_search: Whether steps are shortened in liquids that thin without a memory. Where the shear rate vanishes a
-            whole step changes their viscosity too much.
+        line_search: Whether steps are shortened by a line search in shear-thinning liquids without a memory: where the
+            shear rate vanishes, a whole step changes their viscosity too much. With a yield stress they always are.
         single: Whether the factors are in single precision until the refinement of a solution fails.
         matrix: Criteria for a new matrix.
         mumps: Control parameters of the factorisation.
@@ -57,16 +58,16 @@ class NewtonOptions:
     mumps: MumpsOptions = field(default_factory=MumpsOptions)
 
     def for_kinks(self) -> NewtonOptions:
-        """Options for a stress with a kink: more iterations, and a new matrix in each one but the last."""
+        """Options for a stress with a kink: more iterations, and a new matrix after all but the smallest steps."""
         matrix = replace(self.matrix, far=KINKED_FAR)
         return replace(self, tolerance=KINKED_TOLERANCE, max_iterations=KINKED_ITERATIONS, matrix=matrix)
 
 
-# With the matrix of the last iterations the derivatives at the solution are computed, too. `SteadySolver.linearise`
-# adds an iteration with the matrix at the solution: 1e-6 in place of 1e-4 here changed no dU by more than 2e-6 of the
-# peak.
+# The factors of the last iterations also serve to compute derivatives at the solution. The tolerance is loose because
+# `SteadySolver.linearise` adds an iteration with the matrix at the solution: a tolerance of 1e-6 in place of 1e-4
+# changed no dU by more than 2e-6 of the peak.
 STEADY = NewtonOptions(tolerance=1e-4, line_search=True, matrix=MatrixPolicy(slow=0.05, far=0.3))
-# In time-dependent problems the matrix is reused for longer, which takes more iterations.
+# In time-dependent problems the matrix is reused for longer, at the cost of more iterations.
 TRANSIENT = NewtonOptions(tolerance=1e-9, max_iterations=25, matrix=MatrixPolicy(slow=0.3))
 
 
@@ -78,7 +79,7 @@ class Newton:
         constraints: Its constraints.
         options: Tolerance, reuse of the matrix, and options of the factorisation.
         clock: Stopwatch for the phases of the computation.
-        monitor: Is asked before every iteration whether a signal was received.
+        monitor: Asked before every iteration whether the process has received a signal.
     """
 
     def __init__(
@@ -129,7 +130,13 @@ class Newton:
         self._system.scatter(self.residual_at(self._system.gather(y), self._update), r)
 
     def restricted(self, local: list[Array], x: Array, g: float = 1.0) -> Array:
-        """T R(x), with rows scaled by g = gamma dt, from the residuals of all phases (canonical vectors)."""
+        """T R(x), shape (n_y,), from the residuals of all phases.
+
+        Args:
+            local: Residual of each phase, in the numbering of its unknowns.
+            x: Full vector, shape (n,).
+            g: gamma dt, by which the rows of `Constraints.integrated` are divided.
+        """
         reduced = self.constraints.T @ np.concatenate([*local, np.zeros(self.scene.size - self.scene.m)])
         reduced += self.constraints.T @ (self.scene.scalar_terms.matrix @ x + self.scene.load())
         reduced[self.constraints.integrated] /= g
@@ -165,7 +172,7 @@ class Newton:
         self.matrix.forget()
 
     def use_double(self) -> None:
-        """Discard the factors, and keep those of this scene in double precision from now on."""
+        """Discard the factors, and use double precision on this scene from now on."""
         self._factors.use_double()
         self.matrix.forget()
 
@@ -182,7 +189,7 @@ class Newton:
         self.matrix.forget()
 
     def scaled(self, step: Array, y: Array) -> dict[str, float]:
-        """Norms of a step by field, relative to the norms of the fields of y."""
+        """Norms of a step by field, relative to the norms of the same fields of y."""
         return {
             name: float(np.linalg.norm(step[i]) / max(np.linalg.norm(y[i]), 1e-3 * np.sqrt(len(i))))
             for name, i in self.constraints.fields.items()
@@ -195,13 +202,14 @@ class Newton:
         Args:
             y: First guess, shape (n_y,).
             update: How the positions of the material follow from the unknowns.
-            star: Part of the full vector fixed by the time scheme, shape (n,); needed for a viscoelastic liquid.
+            star: Part of the full vector that the time scheme fixes, shape (n,); needed in a time step of a scene that
+                `has_rates`, of a liquid with a memory or viscous solids.
 
         Returns:
-            The solution, or the last iterate without convergence, and a report.
+            The solution, or the last iterate if it did not converge, and a report.
 
         Raises:
-            Stopped: The process has received a signal. This is checked before every iteration; a factorisation by
+            Stopped: The process has received a signal, which is checked before every iteration; a factorisation by
                 MUMPS cannot be interrupted.
         """
         self._update = update
@@ -242,10 +250,13 @@ class Newton:
         return int(self._snes.getIterationNumber())
 
     def _matrix_failed(self, before: int) -> bool:
-        """Whether the last solve failed for a reason that another matrix may remove; the present one is then discarded.
+        """Whether the last solve failed, and may succeed with another matrix; a failure discards the present one.
 
-        With the matrix of an earlier solve, where none was factorised since there were `before`, steps may grow that
-        would not with the matrix of the present state.
+        This is so if refinement in single precision failed, or if the whole solve used the matrix of an earlier one:
+        with the matrix of the present state its steps might not have grown.
+
+        Args:
+            before: Number of factorisations before the solve.
         """
         reason = self._snes.getConvergedReason()
         if reason > 0:
@@ -256,7 +267,7 @@ class Newton:
         return inexact or kept
 
     def overstretched(self, y: Array, update: PositionUpdate) -> str:
-        """Message if tr c exceeds the bound of a law, where solutions are spurious; otherwise empty."""
+        """Message if tr c exceeds the bound of a law, beyond which solutions are spurious; otherwise empty."""
         return self.scene.overstretched(self.constraints.state(y, update)[1])
 
     def factor_at(self, y: Array, update: PositionUpdate) -> bool:
@@ -276,9 +287,10 @@ class Newton:
         return True
 
     def linearise_at(self, y: Array, update: PositionUpdate) -> bool:
-        """Assemble the matrix at a solution y for `linear_solve`, and factorise it if the factors in hand are far off.
+        """Assemble the matrix at a solution y for `linear_solve`, and factorise it unless the present factors will do.
 
-        Factors of the last iterations of a solve that contracted well serve to refine solutions with the exact matrix.
+        They do if they are in single precision and the last iterations contracted well with them: solutions are then
+        refined with the exact matrix.
 
         Returns:
             Whether `linear_solve` may be called.
@@ -298,7 +310,7 @@ class Newton:
         return self._factors.megabytes
 
     def linear_solve(self, rhs: Array, *, transposed: bool = False, tolerance: float = EXACT) -> Array:
-        """Solve with the matrix assembled last, or its transpose.
+        """Solve with the matrix that was assembled last, or with its transpose.
 
         Args:
             rhs: One right-hand side, shape (n_y,), or several, shape (k, n_y).
@@ -313,7 +325,7 @@ class Newton:
             return solutions.reshape(rhs.shape)
 
     def reduce(self, x: Array, g: float = 1.0) -> Array:
-        """T R for a full vector x, shape (n,), which may violate the constraints, with rows scaled by g = gamma dt."""
+        """T R, (n_y,), of a full vector x, (n,), which may violate the constraints; g is that of `restricted`."""
         with self.clock("assembly"):
             self.scene.set(x)
             return self.restricted([phase.residual() for phase in self.scene.phases], x, g)
@@ -323,7 +335,7 @@ class Newton:
         return self.reduce(self.constraints.state(y, update)[1], update.g)
 
     def jacobian_times(self, y: Array, update: PositionUpdate, direction: Array) -> Array:
-        """Product of T A P at y with a direction, shape (n_y,); discards the current matrix."""
+        """Product of T A P at y with a direction, shape (n_y,); the next solve assembles a new matrix."""
         self.residual_at(y, update)
         self._system.assemble(update.g)
         self.matrix.forget()
