@@ -1,10 +1,10 @@
-"""Goals: what is asked of a solution, such as dU, forces, or the shape of a particle.
+"""Goals: quantities of interest of a solution, such as dU, forces, or the shape of a particle.
 
-A goal is declared once, here. Adjoints (`pairsim.solvers.errors.adjoints`), estimates of errors of quasi-steady
-solutions (`pairsim.solvers.errors.estimate`) and of runs (`pairsim.solvers.errors.run_errors`), the adaptation of
-meshes (`pairsim.solvers.curves.adaptation`), columns and warnings loop over goals. A new one is another `Goal`, which a
-question hands to its branch. It says what its functionals are, or how its values are combined of those of another
-goal. Its functions have names, by which goals go from one process to another.
+A goal is declared once, here. Adjoints (`pairsim.solvers.errors.adjoints`), error estimates of quasi-steady solutions
+(`pairsim.solvers.errors.estimate`) and of runs (`pairsim.solvers.errors.run_errors`), the adaptation of meshes
+(`pairsim.solvers.curves.adaptation`), columns and warnings loop over goals. A new one is another `Goal`, which a
+question hands to its branch. It declares its functionals, or how its values are linear combinations of those of another
+goal. Its functions have names, not lambdas, so that goals can be sent from one process to another.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 class Scale(Enum):
-    """What the error of a goal is compared with: `accuracy` is a part of it."""
+    """What the error of a goal is compared with: `accuracy` is the error relative to this."""
 
     LARGEST = "the largest value of all points"
     ITSELF = "the value of the same particle or gap at the same point"
@@ -36,10 +36,10 @@ class Scale(Enum):
 
 @dataclass(frozen=True)
 class Functional:
-    """Functionals of a solution, linearised.
+    """Functionals of a solution, linearised there.
 
     Attributes:
-        rows: Their derivatives by the free unknowns, (k, n_y).
+        rows: Their derivatives with respect to the free unknowns, (k, n_y).
         apart: Length of tube over which the pressure drop of the flow without particles is subtracted [D_c].
     """
 
@@ -49,35 +49,40 @@ class Functional:
 
 @dataclass(frozen=True)
 class Goal:
-    """A quantity that is asked for: one number, or one for each particle or gap.
+    """A quantity of interest: one number, or one for each particle or gap.
 
     Attributes:
-        name: Name of its column; those of its correction and of its half-width follow from it.
+        name: Name of its column, from which the names of the columns of its correction and half-width follow.
         kind: Its kind of quantity.
-        value: Its values, from a solution and what is observed of it, corrected where corrections are added, (k,).
-        functional: Its functionals at a solution; None if it is combined of another goal.
-        reading: Correction of the reported values by a better evaluation of the functionals at the discrete solution,
-            (k,); None: nothing.
-        beyond_ends: Magnitude of what the tube beyond the ends of a scene would add to its value; None: nothing.
-        parent: The goal of whose values it is a combination.
-        combination: The coefficients of the combination of n values of the parent, (k, n).
-        per: What it has a value for each of.
+        value: Returns its values, (k,), from a solution and the observation of it, which contains corrections where
+            they are added.
+        functional: Returns its functionals at a solution; None for a combination of the values of another goal.
+        reading: Returns a correction of the reported values, (k,), from a better evaluation of the functionals at the
+            discrete solution; None: there is none.
+        beyond_ends: Returns the magnitude of what the tube beyond the ends of a scene would add to its value; None:
+            nothing.
+        parent: The goal of whose values it is a linear combination; None for a goal with functionals.
+        combination: Returns the coefficients of the combination, (k, n), of n values of the parent.
+        per: Whether it has a value for each particle or for each gap; "" for a single value.
         scale: What its error is compared with.
-        observed: The attribute of an `Observation` that its correction is added to, "" if there is none.
-        added: Whether the estimate of its error is added to it where it is trusted.
-        left_out_counts: Whether an estimate that is not added is counted once more in the half-width.
-        of_others: Least error of the estimate in one value, as a part of the largest one in any value.
-        rounding: Rounding of its values, a part of the half-width.
-        second_order: Whether the half-width has a term of second order for a single soft particle in a liquid without
-            modes.
-        scouted: Whether it may vanish at the points that are asked for, so that coarse solutions at other distances
-            tell its largest value. It is linear in the free unknowns then.
-        everywhere: Whether all cells become smaller for it, never those alone that have most of the scatter: cells far
-            from the particles count for a pressure drop, and those that do not resolve the stress for a force.
-        creeps: Whether it is creep where unyielded liquid holds particles together, which no cells make more exact.
-        order: Power of the cell size with which the cells' part of its error falls; 0: that of velocities.
-        of_positions: Whether it is a function of the positions of the material alone, which a run integrates; others
-            follow the flow of the moment.
+        observed: The attribute of an `Observation` to which its correction is added; "" if there is none.
+        added: Whether the estimate of its error is added to its value where the estimate is trusted.
+        left_out_counts: Whether the magnitude of an estimate that is not added counts once more in the half-width.
+        of_others: Lower bound on the error of the estimate of one value, relative to the largest such error of all
+            values.
+        rounding: Rounding error of its values, a part of the half-width.
+        second_order: Whether the half-width of a single soft particle in a liquid without a memory has a term of second
+            order.
+        scouted: Whether its largest value is looked for on coarse cells at other distances, as it may vanish at the
+            points of a case. It must then be linear in the free unknowns.
+        everywhere: Whether in general all cells become smaller for it, not only those with most of the scatter: cells
+            far from the particles matter to a pressure drop, and those that do not resolve the stress to a force. An
+            exception is made where one such round would not do (`AdaptiveBranch`).
+        creeps: Whether it is mere creep where unyielded liquid holds particles together, so that finer cells do not
+            make it more accurate.
+        order: Order of convergence, in the cell size, of the cells' part of its error; 0: that of velocities.
+        of_positions: Whether it depends on the positions of the material alone, which a run integrates, so that its
+            error accumulates; other goals follow the instantaneous flow.
         error: Name of the column of its half-width, if that is not the usual one.
     """
 
@@ -106,7 +111,7 @@ class Goal:
 
     @property
     def root(self) -> Goal:
-        """The goal whose functionals it has."""
+        """The goal with the functionals: itself, or the first ancestor."""
         return self if self.parent is None else self.parent.root
 
     @property
@@ -115,7 +120,7 @@ class Goal:
         return self.error or f"{self.name}_error"
 
     def looked_for_with(self, fixed: Collection[str]) -> bool:
-        """Whether its largest value is looked for at other distances; with a fixed `Np` that would decide nothing.
+        """Whether its largest value is looked for at other distances; with a fixed `Np` no mesh would depend on it.
 
         Args:
             fixed: Settings of the mesh that a case fixes.
@@ -123,7 +128,7 @@ class Goal:
         return self.scouted and "Np" not in fixed
 
     def combined(self, count: int) -> Array:
-        """The coefficients of its combination of the `count` functionals of its root, (k, count)."""
+        """Coefficients of its values as combinations of the `count` functionals of its root, (k, count)."""
         if self.parent is None or self.combination is None:
             return np.eye(count)
         inner = self.parent.combined(count)
@@ -135,12 +140,12 @@ class Goal:
         return self.root.functional(solution)
 
     def linear_value(self, solution: Solution) -> Array:
-        """Its values at a discrete solution, of a goal that is linear in the free unknowns, (k,)."""
+        """Its values at a discrete solution, (k,), if it is linear in the free unknowns."""
         values = self.functional_at(solution).rows @ solution.y
         return np.asarray(self.combined(len(values)) @ values)
 
     def read_better(self, solution: Solution) -> Array | None:
-        """Correction of its values by a better evaluation of a discrete solution, (k,); None: nothing."""
+        """Correction of its values by a better evaluation of a discrete solution, (k,); None: there is none."""
         if self.root.reading is None:
             return None
         values = self.root.reading(solution)
@@ -148,7 +153,7 @@ class Goal:
 
 
 def _unknowns(name: str, solution: Solution) -> Functional:
-    """Functionals that are free unknowns themselves: those of a field, none where a scene does not have it."""
+    """Functionals that are the free unknowns of a field themselves; none where a scene does not have the field."""
     own = solution.constraints.fields.get(name, np.empty(0, np.int64))
     rows = np.zeros((len(own), solution.constraints.size))
     rows[np.arange(len(own)), own] = 1.0
@@ -160,9 +165,9 @@ def _forces(solution: Solution) -> Functional:
 
 
 def _velocities(solution: Solution) -> Functional:
-    """Velocities of the particles: unknowns; in runs, in which each node of a soft particle has its own, their means.
+    """Velocities of the particles: unknowns of quasi-steady scenes; in runs, mean velocities of the nodes of each one.
 
-    In a run the means are over the nodes, not over the volume; they differ by how fast a shape changes.
+    Means over the nodes differ from those over the volume of a particle while its shape changes.
     """
     bodies, constraints = solution.scene.bodies, solution.constraints
     if solution.scene.steady:
@@ -180,10 +185,10 @@ def _of_shape(
     """A measure of the shapes of soft particles.
 
     Args:
-        measure: Makes it, a function of the outline, for shapes near a given outline.
+        measure: Takes an outline, and returns the measure as a function of outlines near to it.
         solution: The solution.
-        alone: Whether it is that of a particle on its own; otherwise of every particle, with no derivatives for rigid
-            ones.
+        alone: Whether the measure is that of a single soft particle, and there are no functionals in other scenes;
+            otherwise it is that of each particle, and its derivatives are zero for rigid ones.
     """
     bodies = solution.scene.bodies
     if alone and (len(bodies) != 1 or bodies[0].phase is None):
@@ -198,7 +203,7 @@ def _of_shape(
 
 
 def _by_node(measure: Callable[[Array], Callable[[Array], float]], outline: Array, radius: float) -> Array:
-    """Derivatives of a measure of an outline by the positions of its nodes, of the shape of the outline."""
+    """Derivatives of a measure with respect to the nodal coordinates of an outline, of the shape of `outline`."""
     of_outline, step, found = measure(outline), DIFFERENCE * radius, np.empty_like(outline)
     for at, value in np.ndenumerate(outline):
         ends = []
@@ -217,7 +222,7 @@ def _taylor_parameter(_: Array) -> Callable[[Array], float]:
 
 
 def _deformation_of_hull(outline: Array) -> Callable[[Array], float]:
-    """Deformation of the convex hull, whose points stay the same under small changes."""
+    """The deformation of the convex hull, for small changes that leave the same nodes on the hull."""
     from pairsim.fem.diagnostics import hull, measure, polygon
 
     convex = hull(polygon(outline))
@@ -225,7 +230,10 @@ def _deformation_of_hull(outline: Array) -> Callable[[Array], float]:
 
 
 def _polygons_of_hull(solution: Solution) -> Array:
-    """Error of the deformation by polygons, extrapolated: it falls with the square of the length of their sides."""
+    """Correction of the deformation for the polygons that replace the outline, by Richardson extrapolation, (k,).
+
+    The error of a polygon falls with the square of the length of its sides.
+    """
     from pairsim.fem.diagnostics import POINTS, hull, measure, polygon
 
     found = []
@@ -245,7 +253,7 @@ def _value_of_hull(solution: Solution, _: Observation) -> Array:
 
 
 def _pressure_drop(solution: Solution) -> Functional:
-    """The pressure drop read off inside the tube, whose adjoint is smooth."""
+    """The pressure drop evaluated inside the tube, whose adjoint is smooth."""
     from pairsim.solvers.pressure_drop import InnerDrop
 
     drop = InnerDrop.of(solution)
@@ -253,7 +261,7 @@ def _pressure_drop(solution: Solution) -> Functional:
 
 
 def _inner_pressure_drop(solution: Solution) -> Array:
-    """The pressure drop read off inside the tube, less that at its ends."""
+    """The pressure drop evaluated inside the tube minus that at its ends."""
     from pairsim.solvers.pressure_drop import InnerDrop
 
     return np.array([InnerDrop.of(solution).value - solution.scene.scalar_terms.pressure_drop(solution.x)])
@@ -267,7 +275,7 @@ def _outside_pressure_drop(solution: Solution) -> float:
 
 
 def _observed(name: str, _: Solution, observation: Observation) -> Array:
-    """The values of an attribute of what is observed."""
+    """The values of an attribute of an observation."""
     return np.atleast_1d(getattr(observation, name))
 
 
@@ -276,14 +284,15 @@ def _differences(count: int) -> Array:
     return np.asarray(np.diff(np.eye(count), axis=0))
 
 
-# Rounding of a relative velocity [U_av]: equal rigid spheres in a Newtonian liquid, whose dU is 0, have up to 5e-15 on
-# 24 meshes.
+# Rounding error of a relative velocity [U_av]: up to 5e-15 on 24 meshes for equal rigid spheres in a Newtonian liquid,
+# whose dU is 0.
 ROUNDING = 1e-13
-# Least part of what is left in one gap of that in another: the estimate of a single gap may vanish by chance. Chosen.
+# Lower bound on the error of the estimate in one gap, relative to the largest one in any gap: the estimate of a single
+# gap may vanish by chance. Chosen.
 OF_OTHER_GAPS = 0.1
 
-# Of errors of shapes in the cell size: a part of what cancels between liquid and particle is left, which falls no
-# faster. Measured on six shapes with six meshes each (docs/explanation/decisions.md).
+# Order of convergence of errors of shapes in the cell size: the errors of liquid and particle do not cancel completely,
+# and the rest falls no faster. Measured on six shapes with six meshes each (docs/explanation/decisions.md).
 ORDER_OF_SHAPES = 2.0
 
 U = Goal("U", VELOCITY, partial(_observed, "U"), _velocities, per="particle", observed="U", second_order=True)
@@ -302,7 +311,7 @@ dU = Goal(
 )
 """Velocities of the particles relative to their upstream neighbours."""
 CRITICAL = replace(dU, scale=Scale.DISTANCE)
-"""dU where it is asked for the distance at which it vanishes."""
+"""dU where the quantity of interest is the distance at which it vanishes."""
 F = Goal(
     "F",
     FORCE,
@@ -325,9 +334,9 @@ D = Goal(
     of_positions=True,
 )
 """Taylor's parameter of a single soft particle."""
-# An estimate of a shape tells the size of its error, and may have the wrong sign: what counts for a particle is no less
-# than for the others. Without this 4 of 30 values of a soft pair (20 cells on a half-circle) were up to 2.4 half-widths
-# off.
+# The estimate of a shape gives the size of its error, but may have the wrong sign: every particle is given the largest
+# estimate of all. Without this 4 of 30 values of a soft pair (20 cells on a half-circle) were off by up to 2.4
+# half-widths.
 OF_OTHER_SHAPES = 1.0
 D_OF_EACH = replace(
     D, functional=partial(_of_shape, _taylor_parameter, alone=False), per="particle", of_others=OF_OTHER_SHAPES
@@ -356,13 +365,13 @@ DP_PLUS = Goal(
     left_out_counts=True,
     everywhere=True,
 )
-"""The pressure drop that the particles cause."""
+"""The additional pressure drop that the particles cause."""
 
 GOALS = (U, dU, F, D, DEFORMATION, DP_PLUS)
-"""The goals of every estimate; they have no values where a scene lacks what they measure."""
+"""The goals of every estimate; they have no values in scenes without the particles, gaps or forces they belong to."""
 DECIDING = (F, dU)
-"""The first of these that has values decides whether estimates are trusted."""
+"""The first of these that has values in a scene decides whether estimates are trusted there."""
 DP_PLUS_IN_TIME = replace(DP_PLUS, added=False)
-"""The pressure drop that the particles cause in a run, which estimates are not added to."""
+"""The additional pressure drop in a run, to which no estimate is added."""
 IN_TIME = (dU, U, D_OF_EACH, DP_PLUS_IN_TIME)
-"""The goals whose errors are known in runs."""
+"""The goals whose errors are estimated in runs."""

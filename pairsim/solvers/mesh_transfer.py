@@ -1,4 +1,4 @@
-"""Interpolation of solutions between meshes. Except for what a liquid carries along, these are first guesses."""
+"""Interpolation of solutions between meshes. Except for the transported fields of a liquid, these are first guesses."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from pairsim.runtime.arrays import Array
 
 
 def carry_liquid(old: Scene, x: Array, scene: Scene, new: Array, shift: float = 0.0) -> Array:
-    """Interpolate the fields of the liquid to another mesh, but for those that follow from others there.
+    """Interpolate those fields of the liquid to another mesh that do not follow from others there (`Field.carried`).
 
     Args:
         old: Scene to interpolate from.
         x: Full vector of `old`, shape (n,).
         scene: The same scene on another mesh.
-        new: Full vector of `scene` with the displacement of its mesh; the fields are written into it.
+        new: Full vector of `scene` that holds the displacement of its mesh, shape (n,); it is changed in place.
         shift: Axial translation of the particles relative to the old scene [D_c].
 
     Returns:
@@ -46,10 +46,10 @@ def carry_particles(old: Scene, x: Array, displaced: Array, bodies: Sequence[Bod
         old: Scene to interpolate from.
         x: Full vector of `old`, shape (n,).
         displaced: Displacements of all material in the old scene, in the numbering of h.
-        bodies: The particles on the other meshes.
+        bodies: The particles on the meshes to interpolate to.
 
     Returns:
-        Displacements in the numbering of h of the other meshes, with one axial displacement for a rigid particle, and
+        Displacements in the numbering of h on these meshes, with one axial displacement for each rigid particle, and
         the pressures at the vertices of all soft particles.
     """
     displacements, pressures = [np.empty(0)], [np.empty(0)]
@@ -67,7 +67,7 @@ def carry_particles(old: Scene, x: Array, displaced: Array, bodies: Sequence[Bod
 
 
 def free_unknowns(scene: Scene, constraints: Constraints, x: Array) -> Array:
-    """Extract the free unknowns of the liquid from a full vector; the other unknowns are set to zero.
+    """Extract the free unknowns of the liquid's fields from a full vector; all other unknowns are zero.
 
     Args:
         scene: The scene.

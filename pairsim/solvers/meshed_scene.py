@@ -1,4 +1,4 @@
-"""A scene whose liquid can be remeshed, common to time-dependent and quasi-steady problems.
+"""A scene whose liquid can be remeshed, as used by time-dependent and quasi-steady problems alike.
 
 The particles keep their meshes. A new mesh of the liquid is made around undeformed spheres while the distortion allows
 it, otherwise around the deformed shapes. Between remeshings the mesh follows the particles by an extension of their
@@ -68,8 +68,8 @@ def cut_particles(
     Args:
         settings: Cell sizes.
         geometry: The particles.
-        narrowest: Distances that determine the lengths of the arcs, N-1 values.
-        solids: What the particles are made of, None for rigid ones.
+        narrowest: Distances that determine the lengths of the arcs [D_c], N-1 values.
+        solids: The particles' materials, None for rigid particles.
 
     Returns:
         Outlines, and meshes with None for rigid particles.
@@ -83,12 +83,12 @@ def cut_particles(
 
 @dataclass(frozen=True)
 class Cells:
-    """The cells that a scene begins with.
+    """The meshes that a scene begins with.
 
     Attributes:
         insides: Meshes of the soft particles, None for rigid ones.
         reference: Reference domain of the liquid.
-        mesh: Its mesh; generated if None.
+        mesh: Mesh of this domain; None if it is still to be generated.
     """
 
     insides: Sequence[SixNodeMesh | None]
@@ -103,17 +103,17 @@ class MeshedScene:
         problem: What the scene and its meshes are made of.
         outlines: Outlines of the particles.
         insides: Meshes of the soft particles, None for rigid ones.
-        solids: What the particles are made of at first; None, a rigid one, stays rigid.
+        solids: The particles' initial materials, None for rigid particles, which stay rigid.
         liquid: The liquid with its initial parameters.
         steady: Whether solutions are quasi-steady.
-        constrain: Function that returns the constraints; called after `scene` has been created on a new mesh.
+        constrain: Returns the constraints; called whenever `scene` has been created on a new mesh.
         clock: Stopwatch for the phases of the computation.
 
     Attributes:
         scene: Scene on the present mesh.
         constraints: Constraints on the present mesh.
-        material: Indices of the free unknowns of the particles, whose values do not depend on the mesh of the liquid.
-        made: Number of meshes generated so far.
+        material: Indices of the free unknowns of the particles, whose meaning does not depend on the liquid's mesh.
+        made: Number of meshes of the liquid generated so far.
     """
 
     scene: Scene
@@ -151,7 +151,7 @@ class MeshedScene:
 
         Args:
             reference: Reference domain of the liquid.
-            mesh: Its mesh; generated if None.
+            mesh: Mesh of this domain; generated if None.
 
         Raises:
             MeshFailure: The mesh could not be generated; the previous scene is kept.
@@ -200,7 +200,8 @@ class MeshedScene:
             h: Positions of the material, shape (n_h,).
             geometry: Geometry at these positions.
             spheres: Geometry of undeformed spheres to try first; None to use the deformed shapes at once.
-            good_enough: Whether a mesh around spheres with the given distortion at h is accepted.
+            good_enough: Whether a mesh around spheres is accepted whose smallest ratio of current to reference
+                Jacobian at h is the given number.
 
         Raises:
             MeshFailure: A mesh could not be generated.
@@ -221,7 +222,8 @@ class MeshedScene:
             h: Positions of the material, shape (n_h,).
 
         Returns:
-            Free unknowns of the mesh displacement, and the full vector with zeros elsewhere.
+            Free unknowns of the mesh displacement, and a full vector with this displacement and zeros elsewhere,
+            shape (n,).
         """
         if self._extension is None:
             self._extension = MeshExtension(self.scene)
@@ -232,11 +234,11 @@ class MeshedScene:
         return self.extend(h)[1] if self.scene.moving else np.zeros(self.scene.size)
 
     def carried(self, old: Scene, x: Array, h: Array, shift: float = 0.0) -> Array:
-        """Interpolate the liquid of an old scene to the present mesh.
+        """Interpolate the fields of the liquid in an old scene to the present mesh.
 
         Args:
             old: The old scene.
-            x: Its full vector.
+            x: Its full vector, shape (n,).
             h: Positions of the material, in the numbering of both scenes, shape (n_h,).
             shift: Axial translation of the particles relative to the old scene [D_c].
 
@@ -253,7 +255,7 @@ class MeshedScene:
 
 
 class MeshedSolver:
-    """Base of the solvers on a `MeshedScene`, with shortcuts to its attributes.
+    """Base class of the solvers on a `MeshedScene`, with shortcuts to its attributes.
 
     Attributes:
         meshed: The scene with its mesh.

@@ -10,22 +10,24 @@ from pairsim.physics.material import between
 from pairsim.physics.solids import Solid
 
 # Step of the central differences that approximate derivatives with respect to parameters. Chosen; sensitivities agree
-# with neighbouring solutions to 1e-3.
+# to 1e-3 with differences of neighbouring solutions.
 DIFFERENCE = 1e-5
 
 
 @dataclass(frozen=True)
 class Parameters:
-    """Parameters of a quasi-steady scene: distances, and materials, which own De, Ca_e and those of their laws.
+    """Parameters of a quasi-steady scene: distances and materials; De, Ca_e and those of laws belong to the materials.
 
     Attributes:
         gaps: Distances between facing surfaces on the axis from upstream [D_c], N-1 values.
         solids: The particles' materials, None for rigid particles, N entries.
         liquid: The liquid.
-        sizes: Factors of the particles' diameters, N values; empty where all are 1. They differ from 1 for derivatives
-            with respect to diameters alone.
-        varied: The only distance that varies along a curve, from upstream; None where all do, which are equal.
-        followed: The number over which zeros are followed, on which liquid and solids depend; 0 where none is.
+        sizes: Factors that multiply the particles' diameters, N values; empty where all are 1. They differ from 1 only
+            for derivatives with respect to diameters.
+        varied: Index, from upstream, of the only distance that varies along a curve; None where all distances vary and
+            are equal.
+        followed: Value of the quantity over which critical distances are followed, and on which liquid and solids
+            depend (`pairsim.solvers.curves.equilibrium_lines.Followed`); 0 where there is none.
     """
 
     gaps: tuple[float, ...]
@@ -46,15 +48,15 @@ class Parameters:
         return tuple(0.0 if solid is None else float(solid.Ca_e) for solid in self.solids)
 
     def with_gap(self, d: float) -> Parameters:
-        """The same parameters with all distances, or that alone which varies, equal to d."""
+        """The same parameters with all distances, or the only one that varies, equal to d [D_c]."""
         return replace(self, gaps=tuple(d if self.varied in (None, i) else gap for i, gap in enumerate(self.gaps)))
 
     def with_longer_gap(self, i: int, change: float) -> Parameters:
-        """These parameters with gap i, from upstream, longer by a change [D_c]."""
+        """These parameters with the i-th distance from upstream longer by `change` [D_c]."""
         return replace(self, gaps=(*self.gaps[:i], self.gaps[i] + change, *self.gaps[i + 1 :]))
 
     def diameters(self, betas: Sequence[float]) -> tuple[float, ...]:
-        """The particles' diameters [D_c] from those with factors of 1."""
+        """The particles' diameters [D_c], N values, from those whose factors `sizes` are 1."""
         if not self.sizes:
             return tuple(betas)
         return tuple(beta * size for beta, size in zip(betas, self.sizes, strict=True))
@@ -68,7 +70,7 @@ class Parameters:
         return replace(self, liquid=self.liquid.with_De(De))
 
     def less_regularised(self, factor: float) -> Parameters:
-        """These parameters with the regularisation m of the liquid, if it has one, multiplied by a factor."""
+        """These parameters with the kink of the liquid's stress, if any, sharper by a factor: m is multiplied by it."""
         return replace(self, liquid=self.liquid.sharper(factor))
 
     def softer(self, factor: float) -> Parameters:
@@ -85,14 +87,14 @@ class Parameters:
         return replace(self, solids=tuple(s and replace(s, Ca_e=Ca_e) for s in self.solids))
 
     def towards(self, end: Parameters, tau: float) -> Parameters:
-        """Parameters on the way to others of the same laws: see `Liquid.towards`; linear in all others.
+        """Parameters on the way to others of the same laws: those of the liquid as in `Liquid.towards`, others linear.
 
         The displacement of the liquid's mesh is linear in the distances, so that a tangent predictor along a line that
         is linear in them is exact for the mesh.
 
         Args:
             end: Parameters at tau = 1.
-            tau: Part of the way.
+            tau: Fraction of the way, from 0 to 1.
         """
         solids = zip(self.solids, end.solids, strict=True)
         return Parameters(

@@ -1,4 +1,4 @@
-"""The pressure drop read inside the tube, whose adjoint is smooth, and what the tube beyond the ends would add."""
+"""The pressure drop evaluated inside the tube, whose adjoint is smooth, and what the tube beyond its ends would add."""
 
 from __future__ import annotations
 
@@ -13,27 +13,28 @@ from pairsim.solvers.solution import Solution
 
 # Length of tube over which the pressure is averaged at each end [D_c]: averages over less vary more with the cells.
 AVERAGED = 1.0
-# The same as a part of the free length there, at most. With half of it the particles are too near in tubes of the usual
-# length, by 1.8e-4 in a power law (docs/explanation/error-estimate.md).
+# Largest such length relative to the free length between end and particles. With 0.5 the average reaches too near to
+# the particles in tubes of the usual length, which costs 1.8e-4 in a power law (docs/explanation/error-estimate.md).
 MOST_AVERAGED = 0.25
-# Distances of three readings from each other, over the length of their averages; chosen.
+# Distance between successive averages, relative to the length over which they are taken; chosen.
 APART = 0.5
-# Largest part of a perturbation that is left from one reading to the next, as far as it is told from no decay; chosen.
+# Upper bound on the factor by which a perturbation decays from one average to the next, as no decay at all would give
+# an infinite sum; chosen.
 MOST_LEFT = 0.9
 
 
 @dataclass(frozen=True)
 class InnerDrop:
-    """Pressure drop from averages over a length of tube at both ends, where the flow is the developed one.
+    """Pressure drop from averages over a length of tube near both ends, where the flow is developed.
 
-    On the ends themselves pressure follows the prescribed stress: what is read there converges with the size of the
-    cells only, and the adjoint of such a reading is not smooth. The average is weighted with a polynomial that vanishes
-    with its slope at both sides of that length.
+    On the ends themselves the pressure follows from the prescribed fields: values there converge only with the first
+    power of the cell size, and their adjoint is not smooth. The averages are weighted with a polynomial that vanishes,
+    together with its slope, at both sides of their length.
 
     Attributes:
         value: The pressure drop over the length of the tube [eta_0 U_av/D_c].
-        apart: Distance between the places of the averages [D_c].
-        row: Its derivative by the full vector, without that by the displacement of the mesh, (n,).
+        apart: Distance between the centres of the two averages [D_c].
+        row: Its derivative with respect to the full vector, at a fixed displacement of the mesh, (n,).
     """
 
     value: float
@@ -42,7 +43,7 @@ class InnerDrop:
 
     @staticmethod
     def of(solution: Solution) -> InnerDrop:
-        """Read off a solution; in an infinite tube it is that between the same two cross-sections."""
+        """Evaluate a solution: the drop between the averages, plus that of developed flow in the rest of the tube."""
         scene, ends, total, apart = solution.scene, _Ends(solution), 0.0, 0.0
         row = np.zeros(scene.size)
         for downstream in (-1.0, 1.0):
@@ -57,9 +58,10 @@ class InnerDrop:
 def beyond_the_ends(solution: Solution) -> float:
     """Magnitude of what an infinite tube would add to the pressure drop outside the ends [eta_0 U_av/D_c].
 
-    Polymer that has been strained at a particle relaxes along the tube, and changes the pressure as long as it does. At
-    each end three readings tell by which part that falls over a length, and so the sum of what follows. Where it does
-    not fall there is no perturbation to be seen. A periodic tube has no outside.
+    Polymer that has been strained at a particle relaxes along the tube, and changes the pressure until it has. Three
+    averages near each end give two successive changes, whose ratio is taken as that of a geometric series of all
+    further ones. Where the changes do not decay, or have different signs, the series is taken to be 0, as in a periodic
+    tube, which has no outside.
     """
     if solution.scene.periodic:
         return 0.0
@@ -68,7 +70,7 @@ def beyond_the_ends(solution: Solution) -> float:
 
 
 def _beyond(ends: _Ends, gradient: float, downstream: float) -> float:
-    """The same beyond one end: downstream 1, upstream -1 [eta_0 U_av/D_c]."""
+    """The same beyond one end, the outlet for `downstream` = 1 and the inlet for -1 [eta_0 U_av/D_c]."""
     found = [ends.average(downstream, inwards) for inwards in (0.0, APART, 2 * APART)]
     readings = [average.value + gradient * average.z for average in found]
     last, before = (nearer - farther for nearer, farther in pairwise(readings))
@@ -82,8 +84,8 @@ class _Average:
 
     Attributes:
         value: The average [eta_0 U_av/D_c].
-        z: Where it is, the same average of the position [D_c].
-        index: The unknowns that it is an average of, (k,).
+        z: The average of the axial position with the same weights [D_c].
+        index: Indices of the averaged pressures in the full vector, (k,).
         weights: Their weights, (k,).
     """
 
@@ -94,10 +96,7 @@ class _Average:
 
 
 class _Ends:
-    """The lengths of tube near both ends of a solution over which its pressure is averaged.
-
-    The weight of an average vanishes at both ends of its length.
-    """
+    """Averages of the pressure of a solution over lengths of tube near both ends."""
 
     def __init__(self, solution: Solution) -> None:
         scene = solution.scene
@@ -114,10 +113,10 @@ class _Ends:
 
         Args:
             downstream: 1 for the downstream end, -1 for the upstream one.
-            inwards: How far it is moved inwards, as a part of the length over which it is taken.
+            inwards: How far the average is shifted into the tube, relative to the length over which it is taken.
         """
         t = np.clip((self._half - downstream * self._z) / self._over - inwards, 0.0, 1.0)
         averaged = self._weights * t**2 * (1 - t) ** 2
-        averaged /= averaged.sum() or np.nan  # of a diverged estimate, which may have no cells there
+        averaged /= averaged.sum() or np.nan  # the displaced mesh of a diverged estimate may have no cells there
         of_vertices = self._quadrature.integrals(averaged)
         return _Average(float(of_vertices @ self._p), float((averaged * self._z).sum()), self._index, of_vertices)

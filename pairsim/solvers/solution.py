@@ -21,10 +21,10 @@ class Solution:
         y: Free unknowns, shape (n_y,).
         h: Positions of the material, shape (n_h,).
         x: Full vector, shape (n,).
-        g: Derivative of the positions of soft particles' material by their unknowns: gamma dt in a time step, whose
-            unknowns are velocities; 1 in a quasi-steady solution.
+        g: Derivative of the positions of soft particles' material with respect to their unknowns: gamma dt in a time
+            step, whose unknowns are velocities; 1 in a quasi-steady solution, whose unknowns are displacements.
         free: Length of tube on each side of the particles [D_c].
-        gradient: Pressure gradient of the flow without particles [eta_0 U_av/D_c^2].
+        gradient: Pressure drop per length of the flow without particles [eta_0 U_av/D_c^2].
     """
 
     scene: Scene
