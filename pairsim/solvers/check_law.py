@@ -1,4 +1,4 @@
-"""What a law must fulfil, and how far it is from it: `pairsim check-law`, and the tests of all laws that ship."""
+"""Requirements on a law, and how far it is from meeting them: for `pairsim check-law` and tests of the shipped laws."""
 
 from __future__ import annotations
 
@@ -25,21 +25,21 @@ from pairsim.solvers.problems import Problem
 from pairsim.solvers.stepping.step_size import StepControl
 from pairsim.solvers.transient.transient import Transient
 
-DE, XI, CA_E = 0.5, 0.09, 0.1  # at which liquids and solids are checked
+DE, XI, CA_E = 0.5, 0.09, 0.1  # numbers of the liquids and solids that are checked
 RATES = 0.2, 2.0, 10.0  # shear rates [U_av/D_c]
 COS, SIN = np.cos(0.7), np.sin(0.7)
-TURN = np.array([[COS, -SIN, 0.0], [SIN, COS, 0.0], [0.0, 0.0, 1.0]])  # by which frames are turned, in the (z, r) plane
-STEPS = 1e-5, 1e-6, 1e-7, 1e-8, 1e-9  # of differences, relative to the unknowns; the last where liquid hardly shears
-EXACT, SMALL, DISCRETE = 1e-10, 1e-5, 3e-3  # off by rounding, by differences, by cells and steps; chosen
-# What a law in the making may raise.
+TURN = np.array([[COS, -SIN, 0.0], [SIN, COS, 0.0], [0.0, 0.0, 1.0]])  # rotation of the frame in the (z, r) plane
+STEPS = 1e-5, 1e-6, 1e-7, 1e-8, 1e-9  # of differences, relative to the unknowns; the last for nearly unsheared liquid
+EXACT, SMALL, DISCRETE = 1e-10, 1e-5, 3e-3  # allowed errors of rounding, of differences, of cells and steps; chosen
+# Exceptions that an unfinished law may raise.
 WRONG = PairsimError, ArithmeticError, AttributeError, LookupError, NotImplementedError, TypeError, ValueError
 JACOBIAN = "the Jacobian is that of differences"
 TUBE = "the start-up in a tube is that of one dimension"
-SCENES = JACOBIAN, TUBE  # statements that need a mesh, and that the others hold
+SCENES = JACOBIAN, TUBE  # statements that need a mesh; they are only checked if all others hold
 NOT_TRIED = "not tried, as another statement is wrong"
 Statement = tuple[str, float, Callable[[], float]]
-SOLID = 0.01  # rate of relaxation that a blunted kink may leave in a law that is solid at rest [1/De]; chosen
-CELLS = 0.1, 0.05, 0.025, 0.0125  # in the tube, in turn while those before do not resolve a kink of the stress [D_c]
+SOLID = 0.01  # relaxation rate at rest up to which a law counts as solid there, for a rounded kink [1/De]; chosen
+CELLS = 0.1, 0.05, 0.025, 0.0125  # cell sizes in the tube, tried until one resolves a kink of the stress [D_c]
 
 
 @dataclass(frozen=True)
@@ -48,9 +48,9 @@ class Check:
 
     Attributes:
         says: The statement.
-        off: By how much it fails; not finite where it could not be checked.
-        allowed: Largest value of `off`.
-        why: Why it could not be checked.
+        off: Deviation from the statement; not finite where it could not be evaluated.
+        allowed: Largest value of `off` at which the statement holds.
+        why: Why it could not be checked; empty if it was.
     """
 
     says: str
@@ -65,7 +65,7 @@ class Check:
 
 
 def sample(law: type[Material], given: Mapping[str, float]) -> Material:
-    """A law with given values of parameters, their defaults, or else values inside their ranges, near the lower end."""
+    """A law whose parameters have given values, else their defaults, else values in the lower part of their ranges."""
     values = {}
     for name, p in law.parameters().items():
         inside = p.least * 10 if p.least > 0 else min(p.most / 10, 1.0)
@@ -74,7 +74,7 @@ def sample(law: type[Material], given: Mapping[str, float]) -> Material:
 
 
 def checks(law: Material) -> Iterator[Check]:
-    """Check a law, the fast statements first; those in a tube compile its forms."""
+    """Check the statements about a law, the fast ones first; those of `SCENES` compile its forms."""
     statements: dict[type[Material], Callable[[Any], Iterator[Statement]]]
     statements = {ConformationLaw: _of_conformation, ViscousLaw: _of_viscosity, Solid: _of_solid}
     statements[YieldLaw] = lambda law: _in_the_tube(replace(single(sample(DEFAULT, {}), DE, XI), yielding=law))
@@ -96,7 +96,7 @@ def _checked(says: str, allowed: float, off: Callable[[], float]) -> Check:
 
 
 def _scalars(law: Material, number: Callable[[float], Any]) -> tuple[Any, ...]:
-    """All scalars of a law at some place."""
+    """All scalar functions of a law at one set of arguments, which `number` converts from floats."""
     if isinstance(law, StructuredLaw):
         state = [number(0.4) for _ in law.transported]
         return (law.viscosity(number(2.3)), law.viscosity_at(number(2.3), *state), *law.rates(number(2.3), *state))
@@ -112,7 +112,7 @@ def _scalars(law: Material, number: Callable[[float], Any]) -> tuple[Any, ...]:
 
 
 def _alike(law: Material) -> float:
-    """The largest relative difference of what a law says to different kinds of numbers."""
+    """Largest relative difference between the values that a law has for floats, arrays, complex numbers and in UFL."""
     import ufl
 
     plain = np.array([complex(each) for each in _scalars(law, lambda x: x)])
@@ -125,7 +125,7 @@ def _alike(law: Material) -> float:
 
 
 def _turned(tensor: Array) -> Array:
-    """A tensor, (zz, zr, rr, tt), in a turned frame."""
+    """A tensor, (zz, zr, rr, tt), in the rotated frame."""
     zz, zr, rr, tt = tensor
     turned = TURN @ np.array([[zz, zr, 0.0], [zr, rr, 0.0], [0.0, 0.0, tt]]) @ TURN.T
     return np.array([turned[0, 0], turned[0, 1], turned[1, 1], tt])
@@ -135,7 +135,7 @@ def _of_conformation(law: ConformationLaw) -> Iterator[Statement]:
     rest, liquid = Invariants(3.0, 3.0, 1e-12), single(law, DE, XI)
 
     def unsteady(L: Array) -> float:
-        """What is left of the rate of change of c, in De and relative to c, where a flow should have become steady."""
+        """Rate of change of c [1/De], relative to c, when a flow should be steady; infinite if c is not positive."""
         c = conformation_after(liquid, L, 100 * DE)
         zz, zr, rr, tt = c
         tensor = np.array([[zz, zr, 0], [zr, rr, 0], [0, 0, tt]])
@@ -144,7 +144,7 @@ def _of_conformation(law: ConformationLaw) -> Iterator[Statement]:
         return float(DE * np.abs(rate_of_change(liquid, law, c[:, None], L)).max() / np.abs(c).max())
 
     def beside_newton() -> float:
-        """The relative difference of viscosity and N1 in shear, found by Newton's method and as the flow goes on."""
+        """Relative difference of viscosity and N1 in steady shear between Newton's method and integration in time."""
         rate = RATES[1]
         tau = stress_after(liquid, shear(rate), 100 * DE)
         viscosity, N1 = steady_shear(liquid, np.array([rate, RATES[2]]))
@@ -152,7 +152,7 @@ def _of_conformation(law: ConformationLaw) -> Iterator[Statement]:
         return float(np.abs(found - wanted).max() / np.abs(wanted).max())
 
     def lost(L: Array) -> float:
-        """The work of the polymer's stress in steady flow, if it is negative, relative to the stress."""
+        """Magnitude of the power of the polymer's stress in steady flow if it is negative, relative to the stress."""
         tau = stress_after(liquid, L, 100 * DE)
         D = (L + L.T) / 2
         work = tau[0] * D[0, 0] + 2 * tau[1] * D[0, 1] + tau[2] * D[1, 1] + tau[3] * D[2, 2]
@@ -215,7 +215,7 @@ def _of_solid(law: Solid) -> Iterator[Statement]:
         return float(abs(b1 - b2 - 1))
 
     def curl() -> float:
-        """d b_1/d I_2 + d b_2/d I_1, which is zero where both are derivatives of an energy."""
+        """|d b_1/d I_2 + d b_2/d I_1|, which is zero if b_1 and -b_2 are derivatives of an energy."""
         h, (I1, I2) = 1e-5, (3.04, 3.03)
         by_2 = (law.response(I1, I2 + h)[0] - law.response(I1, I2 - h)[0]) / (2 * h)
         by_1 = (law.response(I1 + h, I2)[1] - law.response(I1 - h, I2)[1]) / (2 * h)
@@ -245,7 +245,7 @@ def _of_solid(law: Solid) -> Iterator[Statement]:
 
 
 def _in_the_tube(liquid: Liquid) -> Iterator[Statement]:
-    """A liquid in the tube without particles, from rest."""
+    """Statements about a liquid in the start-up from rest of the flow in a tube without particles."""
     tube = Problem(
         betas=(),
         solids=(),
@@ -268,7 +268,7 @@ def _in_the_tube(liquid: Liquid) -> Iterator[Statement]:
             offs.append(float(abs(last.observation.dp / tube.length / exact - 1)))
             if offs[-1] <= DISCRETE:
                 return offs[-1]
-        # What cells leave that is not of first order in their size, if that explains what is left.
+        # The error without the part of first order in the cell size, by extrapolation, if that is smaller.
         return min(offs[-1], abs(2 * offs[-1] - offs[-2]))
 
     yield JACOBIAN, SMALL, lambda: jacobian_off(tube)
@@ -276,9 +276,9 @@ def _in_the_tube(liquid: Liquid) -> Iterator[Statement]:
 
 
 def jacobian_off(problem: Problem) -> float:
-    """The largest relative difference, over all fields, of the Jacobian in a random direction from differences.
+    """Largest relative difference, of all fields, between the Jacobian in a random direction and difference quotients.
 
-    Of several steps of the differences the best one counts: where a law bends sharply, large ones are off themselves.
+    The best of several step sizes counts: where a law bends sharply, the quotients of large steps are inaccurate.
     """
     with closing(Transient(problem)) as transient:
         newton, constraints = transient.newton, transient.constraints

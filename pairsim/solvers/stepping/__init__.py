@@ -1,1 +1,1 @@
-"""The time scheme: step sizes, and what the last steps have left."""
+"""The time scheme: step sizes, and the history of the last steps."""

@@ -17,7 +17,7 @@ class History:
         x: Full vectors, shape (n,) each.
         y: Free unknowns on the present mesh, at most four, shape (n_y,) each; extrapolated for the next first guess.
         t_y: Times of y.
-        frame: Positions along the tube from which those of the material are counted, of which there are as many [D_c].
+        frame: Axial positions in the tube of the frame in which the positions h are given, as many as these [D_c].
     """
 
     t: list[float] = field(default_factory=list)
@@ -33,7 +33,7 @@ class History:
         self.t_y, self.y = [t, *self.t_y[:3]], [y, *self.y[:3]]
 
     def forget_all_but_last(self) -> None:
-        """Keep the values of the last step alone, as at a start."""
+        """Keep the values of the last step only, as at a start."""
         self.t, self.h, self.x, self.frame = self.t[:1], self.h[:1], self.x[:1], self.frame[:1]
         self.t_y, self.y = self.t_y[:1], self.y[:1]
 
@@ -43,9 +43,10 @@ class ErrorHistory(History):
     """Estimated exact minus discrete values of the last steps.
 
     Attributes:
-        changes: What the error equation changes of the goals at the last steps, by their names, at most two; without
-            what a remeshing has left.
-        imbalance: What imbalance of momentum after the last remeshing has in it, by the same names.
+        changes: Estimated errors of the goals with functionals of their own at the last steps, at most two, by name of
+            the goal; without `imbalance`.
+        imbalance: The part of the latest of these that is due to the imbalance of momentum after a remeshing, by the
+            same names; it decays.
     """
 
     changes: list[dict[str, Array]] = field(default_factory=list)

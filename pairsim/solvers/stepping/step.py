@@ -1,4 +1,4 @@
-"""What an accepted time step of a run gives."""
+"""An accepted time step of a run with its results."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ class Step:
         dt: Size of the step [D_c/U_av].
         error: Local error in units of the tolerance, 0 if unknown.
         report: Report of Newton's method.
-        observation: Quantities evaluated from the discrete solution.
+        observation: Quantities evaluated from the discrete solution, without estimates of their errors.
         distortion: Smallest ratio of a liquid cell's current to its reference Jacobian.
         scene: Scene on the mesh of this step.
         mesh_id: Number of remeshings before the step.
         x: Full vector, shape (n,).
         h: Positions of the material, shape (n_h,).
         velocity: Velocity of the material [U_av], shape (n_h,).
-        z: Positions of the centres of volume along the tube, from where the first one started [D_c], shape (N,).
+        z: Axial positions of the centres of volume, from the initial position of the first one [D_c], shape (N,).
         corrections: Estimated exact minus discrete values of goals, (k,) each, NaN from where the estimate diverged;
             empty if they are not estimated.
         half_widths: Half-widths of the intervals around goals, (k,) each, NaN as above; empty if they are not known.

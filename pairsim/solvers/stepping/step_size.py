@@ -15,7 +15,7 @@ GROWTH = 1.5
 
 @dataclass(frozen=True)
 class Scheme:
-    """One implicit step h = h* + g h', in which h* is a linear combination of old values.
+    """One implicit step h = h* + g h', where h* is a linear combination of old values and h' the new rate of h.
 
     Attributes:
         g: gamma dt.
@@ -27,10 +27,10 @@ class Scheme:
 
     @staticmethod
     def bdf(times: Sequence[float], t: float) -> Scheme:
-        """BDF step from old times to t, of an order equal to the number of old times.
+        """BDF step from old times to t, whose order is the number of old times.
 
-        The derivative at t of the polynomial through all values is prescribed; with its Lagrange weights d_i,
-        h = (h' - sum(d_i h_i))/d_0 (Hairer, Norsett and Wanner 1993, section III.5).
+        The derivative h' at t is that of the polynomial through all values, h' = d_0 h + sum(d_i h_i) with its Lagrange
+        weights d_i, so that h = (h' - sum(d_i h_i))/d_0 (Hairer, Norsett and Wanner 1993, section III.5).
 
         Args:
             times: Old times, newest first; one to three.
@@ -44,7 +44,7 @@ class Scheme:
 
 
 def extrapolation_weights(times: Sequence[float], t: float) -> Array:
-    """Weights of the Lagrange extrapolation of values at k `times` to t, shape (k,)."""
+    """Weights of the Lagrange extrapolation to t of values at k `times`, shape (k,)."""
     nodes = np.asarray(times)
     weights = np.ones(len(nodes))
     for i in range(len(nodes)):
@@ -55,7 +55,7 @@ def extrapolation_weights(times: Sequence[float], t: float) -> Array:
 
 
 def velocity_error(times: Sequence[float], t: float) -> float:
-    """Factor that turns the difference of corrected and predicted value into an error of the velocity.
+    """Factor that turns the difference between corrected and predicted positions into an error of the velocity.
 
     The error of the predictor, the parabola through three old values, is prod(t - t_i) y_ttt/6. The local error of the
     velocity with BDF2, one order below the scheme, is (t - t_0)(t - t_1) y_ttt/6.
@@ -85,7 +85,7 @@ class StepControl:
         tolerance: Largest local error of the velocities [U_av].
         smallest: Smallest step [D_c/U_av].
         largest: Largest step [D_c/U_av].
-        fixed: Constant step size that replaces the control, None to control the step size.
+        fixed: Constant step size in place of the control [D_c/U_av]; None to control the step size.
     """
 
     tolerance: float
@@ -94,7 +94,7 @@ class StepControl:
     fixed: float | None = None
 
     def accepts(self, error: float) -> bool:
-        """Whether a step is accepted.
+        """Whether a step is accepted; with a fixed step size it always is.
 
         Args:
             error: Local error in units of the tolerance.

@@ -1,4 +1,4 @@
-"""Cells of a run that follow from the error wanted: a coarse run tells how small they must be."""
+"""Cell sizes of a run that follow from the error wanted: a coarse run shows how small cells have to be."""
 
 from __future__ import annotations
 
@@ -20,29 +20,29 @@ from pairsim.solvers.transient.start import settled_errors, settles
 from pairsim.solvers.transient.transient import Transient
 
 # All but the order were chosen.
-COARSE = 2.0  # cells of the coarse run over those of the problem
-COARSE_TOLERANCE = 4.0  # its tolerance of time steps over that of the problem
-FEWEST = 14  # cells on a half-circle, at least
-ORDER = 3.0  # of dU_error in the cell size; measured (docs/explanation/decisions.md)
-AIM = 0.8  # part of the error allowed that cells are made for
-FACTORS = (0.4, COARSE)  # least and largest factor of the cells over those of the problem
-ROUNDS = 3  # in which cells become smaller for the quasi-steady state
-LEAST_PART = 0.1  # of dU_error that is due to the cells, even where the coarse run's time steps seem to cause all of it
+COARSE = 2.0  # cell size of the coarse run, relative to that of the problem
+COARSE_TOLERANCE = 4.0  # its tolerance of time steps, relative to that of the problem
+FEWEST = 14  # least number of cells on a half-circle
+ORDER = 3.0  # order of convergence of dU_error in the cell size; measured (docs/explanation/decisions.md)
+AIM = 0.8  # fraction of the allowed error that cells are made for
+FACTORS = (0.4, COARSE)  # smallest and largest cell size of the run, relative to that of the problem
+ROUNDS = 3  # rounds in which cells become smaller for the quasi-steady state
+LEAST_PART = 0.1  # least fraction of dU_error due to cells, even where the coarse run's time steps seem to cause it all
 
 
 @dataclass(frozen=True)
 class RunAdaptation:
-    """What a coarse run tells of the cells that a run needs.
+    """The cell sizes that a run needs, and the coarse run from which they follow.
 
     Attributes:
-        wanted: Error wanted, as a part of the largest |dU|.
+        wanted: Error wanted, relative to the largest |dU|.
         dU: Largest |dU| of the coarse run [U_av].
         error: Its largest dU_error [U_av].
         t: Time that it reached [D_c/U_av].
-        unknowns: Its unknowns.
-        factor: Factor of the run's cells over those of the problem.
-        settled: Errors of goals in the quasi-steady state that a run from rest goes to, on these cells, by their names,
-            (k,) each; none where they are no part of the run's own.
+        unknowns: Number of its unknowns.
+        factor: Cell size of the run, relative to that of the problem.
+        settled: Errors of goals in the quasi-steady state that the run approaches, on these cells, by their names, (k,)
+            each; empty where they do not enter the half-widths of the run (`settles`).
     """
 
     wanted: float
@@ -55,11 +55,11 @@ class RunAdaptation:
 
     @classmethod
     def begin(cls, problem: Problem, wanted: float) -> RunAdaptation | None:
-        """Compute the coarse run; None if it has no dU to which an error could be compared.
+        """Compute the coarse run; None if its dU is negligible, or its error is not known.
 
         Args:
-            problem: The problem, in which `dU_error` is asked for.
-            wanted: Error wanted, as a part of the largest |dU|.
+            problem: The problem, with `dU_error`.
+            wanted: Error wanted, relative to the largest |dU|.
 
         Raises:
             Stopped: The process has received a signal.
@@ -69,8 +69,8 @@ class RunAdaptation:
         coarse = replace(problem, mesh=problem.mesh.scaled(COARSE, FEWEST), control=control)
         transient: Transient | None = None
         try:
-            with suppress(RunFailure):  # finer cells may go on where coarse ones fail
-                transient = Transient(coarse, settled={})  # which are far too large on such cells
+            with suppress(RunFailure):  # where coarse cells fail, finer ones may not
+                transient = Transient(coarse, settled={})  # those on such cells would be far too large
                 errors, unknowns = transient.run_errors, transient.constraints.size
                 for step in transient.steps(iter([problem.t_end])):
                     problem.monitor.check_signals()
@@ -95,9 +95,9 @@ class RunAdaptation:
         return replace(problem, mesh=problem.mesh.scaled(self.factor, FEWEST))
 
     def _settling(self, problem: Problem) -> RunAdaptation:
-        """A copy with cells so small that the quasi-steady state to which a run from rest goes is exact enough."""
-        most = AIM * self.wanted * self.dU / 2  # the error has two terms of the cells, of which this is one
-        part = -np.expm1(-problem.t_end / problem.liquid.longest)  # to which it sets in
+        """A copy with cells on which the error of the quasi-steady state that the run approaches is small enough."""
+        most = AIM * self.wanted * self.dU / 2  # one of two terms of the half-width that are due to the cells
+        part = -np.expm1(-problem.t_end / problem.liquid.longest)  # fraction of it that has set in at the end
         found = self
         for rounds in range(ROUNDS + 1):
             found = replace(found, settled=settled_errors(found.adapted(problem), Clock()))

@@ -1,4 +1,4 @@
-"""What distances do over the cycles of a flow that varies in time, and whether the cycles have become periodic."""
+"""Changes of the distances over the cycles of a flow that varies in time, and whether these have become periodic."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pairsim.solvers.errors.time_error import LEAST
 from pairsim.solvers.problems import Problem
 from pairsim.solvers.stepping.step_size import reached
 
-QUARTERS = 4  # parts of a cycle at whose ends steps end, and in which two cycles are compared; chosen
+QUARTERS = 4  # parts of a cycle: a step ends at the end of each, and two cycles are compared part by part; chosen
 # A soft pair forgets its shape as exp(-t/(6 Ca_e)) (beta .5, d .04), viscous ones more slowly; see `cases/run_case.py`.
 MEMORY_PER_CAPILLARY = 6.0
 MEMORY_PER_VISCOSITY = 0.45
@@ -22,30 +22,31 @@ MEMORY_PER_VISCOSITY = 0.45
 class Cycles:
     """The drift of the distances from cycle to cycle. Lists and arrays are replaced, never changed in place.
 
-    The half-width of a drift is that of dU, integrated over the cycle: that which is estimated, or else what the time
-    steps cause. Errors of a flow to and fro have both signs, and mostly cancel; this is not counted on.
+    The half-width of a drift is that of dU integrated over the cycle. Where the error of dU is not estimated, it is
+    that due to the time steps. In an oscillating flow errors have both signs and mostly cancel, which is not relied on.
 
     Attributes:
         cycle: Duration of a cycle [D_c/U_av].
-        repeats: Whether the flow is periodic, not that of a table, which is one cycle.
-        held: Whether distances are held; the drift is then that which dU would cause.
-        memory: Time in which liquid and particles forget [D_c/U_av].
+        repeats: Whether the flow is periodic; a flow given by a table is a single cycle.
+        held: Whether distances are held; the drift is then the integral of dU.
+        memory: Time in which stresses and shapes forget their past [D_c/U_av].
         count: Number of whole cycles so far.
         drift: Change of the distances over the last whole cycle [D_c], shape (N-1,).
         error: Its half-width [D_c], shape (N-1,).
         change: Mean |dU| by which the last cycle differs from the one before it, over its quarters [U_av]; infinite
             before there are two.
-        peak: Largest |dU| in the last whole cycle [U_av].
+        peak: Largest |dU| in the last whole cycle, at least `LEAST` [U_av].
         quarter: Number of whole quarters so far.
         d: Distances at the end of the last quarter [D_c], shape (N-1,).
         quarters: Change of the distances in the quarters of the present cycle so far [D_c], shape (N-1,) each.
-        before: Those of the last whole cycle.
-        moved: Integral since the last quarter of what is added to the distances [D_c], shape (N-1,).
+        before: The same for the quarters of the last whole cycle.
+        moved: Integral since the last quarter of the correction of dU, or of dU itself if distances are held [D_c],
+            shape (N-1,).
         half_width: Integral of the half-width of dU in the present cycle [D_c], shape (N-1,).
         largest: Largest |dU| in the present cycle so far, without the estimate of its error [U_av].
         t: Time of the last step [D_c/U_av].
         times: Times of the last steps since a kink, newest first, at most two.
-        values: What is integrated to `moved` at these times [U_av], shape (N-1,) each.
+        values: The integrands of `moved` at these times [U_av], shape (N-1,) each.
     """
 
     cycle: float
@@ -87,12 +88,12 @@ class Cycles:
         return replace(self)
 
     def next_end(self) -> float:
-        """The end of the present quarter [D_c/U_av]; infinite after a table."""
+        """The end of the present quarter [D_c/U_av]; infinite after the end of a table."""
         return math.inf if self.over else (self.quarter + 1) * self.cycle / QUARTERS
 
     @property
     def over(self) -> bool:
-        """Whether there are no more cycles."""
+        """Whether no further cycle follows, as after the end of a table."""
         return not self.repeats and self.count > 0
 
     def begin_again(self) -> None:
@@ -122,7 +123,7 @@ class Cycles:
             self._end_quarter(d)
 
     def _mean(self, t: float, dt: float, value: Array) -> Array:
-        """Mean over the last step of the parabola through the last three values, or of what there are."""
+        """Mean over the last step of the parabola through the last three values, or of the polynomial through fewer."""
         if not self.times:
             return value
         linear = (value + self.values[0]) / 2
@@ -147,16 +148,19 @@ class Cycles:
 
     @property
     def remaining(self) -> float:
-        """Mean |dU| by which cycles to come may still differ, as memory fades from cycle to cycle [U_av]."""
+        """Mean |dU| by which later cycles may still differ from the last one [U_av].
+
+        Differences are taken to decay as exp(-t/memory), and are summed over all later cycles.
+        """
         if not self.memory:
             return self.change
         faded = math.expm1(min(self.cycle / self.memory, 1.0))
         return self.change / min(faded, 1.0)
 
     def are_periodic(self, part: float) -> bool:
-        """Whether cycles have become periodic up to a part of the largest |dU|."""
+        """Whether cycles have become periodic, to a fraction `part` of the largest |dU|."""
         return self.count > 1 and self.remaining <= part * self.peak
 
     def are_known(self, part: float) -> bool:
-        """Whether they are, and the drift is known up to this part of the largest |dU| times the period."""
+        """Whether, in addition, the drift is known to this fraction of the largest |dU| times the cycle's duration."""
         return self.are_periodic(part) and bool(np.max(self.error) <= part * self.peak * self.cycle)

@@ -1,4 +1,4 @@
-"""Why a run ends, and where it is heading: the quasi-steady solution at its last distances."""
+"""Why a run ends, and the quasi-steady solution at its last distances, which it approaches."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ Reason = Literal["contact", "max_gap", "tube_too_short", "periodic", "end"]
 
 
 def reason_to_end(problem: Problem, t: float, gaps: Sequence[float], cycles: Cycles | None = None) -> Reason | None:
-    """Why a run ends at a time and distances, None if it goes on.
+    """Why a run ends at a time and distances; None if it goes on.
 
     Args:
         problem: The problem of the run.
         t: Time [D_c/U_av].
         gaps: Distances [D_c], N-1 values.
-        cycles: What they do over the cycles of a flow that varies.
+        cycles: Changes of the distances over the cycles of a flow that varies.
     """
-    if problem.closed and problem.betas:  # and that to the next period, but for what shapes change of it
+    if problem.closed and problem.betas:  # also the distance to the next period, without the effect of the shapes
         gaps = (*gaps, 2 * problem.room(gaps))
     if gaps and min(gaps) < problem.min_gap:
         return "contact"
@@ -41,15 +41,15 @@ def reason_to_end(problem: Problem, t: float, gaps: Sequence[float], cycles: Cyc
     return "end" if reached(t, problem.t_end) else None
 
 
-CREEPS = 10**0.5  # factor of t_relax over one of 10 of the regularisation above which shapes creep; chosen
+CREEPS = 10**0.5  # shapes creep if t_relax grows by more than this where the regularisation grows by 10; chosen
 
 
 def settled_branch(problem: Problem, narrowest: float) -> Branch:
-    """Quasi-steady solutions of a run's scene on its cells, the first one at its first distances.
+    """Quasi-steady solutions of a run's scene with its cell sizes, beginning with that at its first distances.
 
     Args:
         problem: The problem of the run.
-        narrowest: The smallest distance at which they are wanted [D_c].
+        narrowest: The smallest distance at which solutions are wanted [D_c].
 
     Raises:
         NoSteadyState: There is none, or it was not found.
@@ -60,15 +60,15 @@ def settled_branch(problem: Problem, narrowest: float) -> Branch:
 
 
 def settled(problem: Problem, gaps: tuple[float, ...]) -> tuple[Point, bool]:
-    """The quasi-steady solution of a run's scene on its cells.
+    """The quasi-steady solution of a run's scene with its cell sizes.
 
     Args:
         problem: The problem of the run.
         gaps: Distances [D_c], N-1 values.
 
     Returns:
-        The solution, and whether disturbances decay by creep alone, in a time that grows as the regularisation of the
-        liquid: unyielded liquid would keep them for ever.
+        The solution, and whether disturbances decay by creep alone, in a time that grows with the regularisation m of
+        the liquid: without regularisation unyielded liquid would preserve them for ever.
 
     Raises:
         NoSteadyState: There is none, or it was not found.

@@ -1,7 +1,7 @@
-"""A time step of any size on the present mesh of a run, and how the run goes over to a new mesh.
+"""Single time steps on the present mesh of a run, and the transition to a new mesh.
 
-See "Remeshing" in docs/explanation/numerics.md. At a remeshing the particles keep their meshes and histories. Of the
-liquid only what it carries along has a history, which is interpolated to the new mesh.
+See "Remeshing" in docs/explanation/numerics.md. At a remeshing the particles keep their meshes and histories. In the
+liquid only transported fields have a history, which is interpolated to the new mesh.
 """
 
 from __future__ import annotations
@@ -29,17 +29,17 @@ from pairsim.solvers.stepping.history import ErrorHistory, History
 from pairsim.solvers.stepping.step_size import Scheme, extrapolation_weights
 from pairsim.solvers.transient.stress_balance import balanced
 
-# First step for which Newton's method converges from a liquid at rest [D_c/U_av]; chosen.
+# Size of a first step with which Newton's method converges from a liquid at rest [D_c/U_av]; chosen.
 SURE_STEP = 1e-3
-THINNER = 0.2  # first step of the way to a strongly thinning liquid; chosen
-FEW_ITERATIONS = 8  # after which the next step of this way is larger; chosen
-# Factor by which a flow jumps up to which velocities grow with it in a first guess; chosen. Otherwise it is one from
-# rest, of which elastic recoil is too small a part.
+THINNER = 0.2  # first step of the continuation to a strongly thinning liquid, as a fraction of the way; chosen
+FEW_ITERATIONS = 8  # Newton iterations up to which the next step of this continuation is larger; chosen
+# Largest factor of a jump of the flow at which the velocities of the first guess are scaled by this factor; chosen.
+# After larger jumps it is the first guess of a start from rest: elastic recoil is too small a part of the new flow.
 MOST_TIMES_FASTER = 4.0
 
 
 class StepSolver(MeshedSolver):
-    """Solver of single time steps, on the mesh that `_make_particles` and `MeshedScene.put` make.
+    """Solver of single time steps, on the meshes that `_make_particles` and `MeshedScene.put` create.
 
     Args:
         problem: The problem.
@@ -76,7 +76,7 @@ class StepSolver(MeshedSolver):
         return transient_constraints(meshed.scene)
 
     def _drive_at(self, x: Array, t: float) -> None:
-        """Set the flow to that at time t, with the fields at developed ends, in a full vector x."""
+        """Set the flow, and the fields at developed ends in a full vector x, (n,), to those at time t [D_c/U_av]."""
         drive = self.problem.drive
         if drive.varies:
             self.scene.set_flow(x, drive.flow_at(t))
@@ -84,9 +84,10 @@ class StepSolver(MeshedSolver):
             self.scene.prescribe_ends(x, self.pipe(t))
 
     def _begin_again(self) -> None:
-        """Forget the past of the last step, after which the flow jumps or has a kink, and adapt its velocities.
+        """Discard the history before the last step, at whose end the flow jumps or has a kink; adapt its velocities.
 
-        They are a first guess, in which no cell may be sheared more than in the solution: see `_first_guess`.
+        The velocities are a first guess for the next step, in which no cell may be sheared more than in the solution
+        (see `_first_guess`).
         """
         waveform, past = self.problem.drive.waveform, self.history
         assert waveform is not None, "a constant flow has no kinks"
@@ -103,7 +104,7 @@ class StepSolver(MeshedSolver):
         past.y = [y]
 
     def _guess(self, t: float) -> Array:
-        """First guess of the solution at a time: extrapolated from the last ones on this mesh if there are any."""
+        """First guess of the solution at a time, (n_y,): extrapolated from the last ones on this mesh, if any."""
         past, known = self.history, self.problem.extrapolated
         if not past.y:
             return self._first_guess()
@@ -111,11 +112,14 @@ class StepSolver(MeshedSolver):
         return np.asarray(sum(w * y for w, y in zip(weights, past.y[:known], strict=True)))
 
     def _first_guess(self) -> Array:
-        """First guess on a new mesh: interpolated values (a Newtonian liquid is at rest), at first everything at rest.
+        """First guess on a new mesh, shape (n_y,).
 
-        Particles or ends that move in a liquid at rest would shear the cells beside them, the faster the smaller they
-        are. SUPG weights this rate with the velocity relative to the mesh, which the first iteration changes: it would
-        end with stresses up to hundreds of times too large, from which Newton's method diverges.
+        After a remeshing it has the interpolated fields (a Newtonian liquid is at rest) and the last unknowns of the
+        particles. On the first mesh everything is at rest; but in a liquid with a memory between developed ends the
+        velocity decreases from the ends to the particles. If ends or particles moved in a liquid at rest, they would
+        shear the cells beside them, at a rate that grows as cells become smaller. SUPG weights this rate with the
+        velocity relative to the mesh, which the first iteration changes: stresses would become up to hundreds of times
+        too large, and Newton's method would diverge.
         """
         x = self.history.x[0]
         if self._carried is None and self.problem.liquid.has_memory and not self.problem.periodic:
@@ -147,7 +151,7 @@ class StepSolver(MeshedSolver):
         return self.newton.solve(guess, update, star)
 
     def _approached(self, guess: Array, dt: float, U_m: float) -> tuple[Array, Report]:
-        """Solve a step without an earlier solution on this mesh, from those of smaller steps and of easier liquids.
+        """Solve a step for which there is no earlier solution on this mesh, by way of easier liquids and smaller steps.
 
         From a liquid at rest Newton's method does not converge for steps in which the particles deform strongly, nor
         for a viscosity that depends strongly on the shear rate.
@@ -169,7 +173,7 @@ class StepSolver(MeshedSolver):
         return guess, replace(report, **counts)
 
     def _easier_liquids(self, reports: Sequence[Report]) -> Iterator[Liquid]:
-        """Liquids on the way to a strongly thinning one, in smaller steps where the last one of `reports` failed."""
+        """Liquids on the way to a strongly thinning one, in smaller steps after a failure, the last of `reports`."""
         wanted = self.problem.liquid
         easier = replace(wanted, solvent=wanted.solvent.easier())
         done, step = -THINNER, THINNER
@@ -184,19 +188,19 @@ class StepSolver(MeshedSolver):
     def _on_new_mesh(self, geometry: Geometry, U_m: float, errors: ErrorHistory | None) -> None:
         """Remesh the liquid at the current distances; the particles keep their meshes and histories.
 
-        The reference domain is that around undeformed spheres while the distortion allows it, and from then on that
-        around the deformed shapes.
+        The reference domain is that around undeformed spheres while the distortion allows it, and afterwards always
+        that around the deformed shapes.
 
         Args:
             geometry: Geometry at the current distances.
-            U_m: Velocity of the frame.
-            errors: ErrorHistory of the last steps, which are carried over too.
+            U_m: Velocity of the frame [U_av].
+            errors: Errors of the last steps, which are interpolated too; None if they are not estimated.
 
         Raises:
             MeshFailure: The liquid could not be remeshed.
         """
         h = self.history.h[0]
-        # Back to the middle of the tube: the ends are periodic or far away, so that this does not change the solution.
+        # Shift everything back to the middle of the tube: as the ends are periodic or far away, the solution remains.
         centres = [h[body.start : body.start + body.size : 2].mean() for body in self.bodies]
         shift = float(np.mean(geometry.centres) - np.mean(centres))
         self.history.h = [positions + shift * (self.constraints.a > 0) for positions in self.history.h]
@@ -215,7 +219,7 @@ class StepSolver(MeshedSolver):
             self._balance(U_m)
 
     def _carried_over(self, old: Scene, t: float, x: Array, h: Array, shift: float) -> Array:
-        """Interpolate the liquid at an old time to the new mesh; zeros for a Newtonian liquid, which needs none."""
+        """Interpolate the liquid at an old time to the new mesh, (n,); zeros for a Newtonian one, without history."""
         if self.problem.liquid.newtonian:
             return np.zeros(self.scene.size)
         new = self.meshed.carried(old, x, h, shift)
@@ -223,7 +227,7 @@ class StepSolver(MeshedSolver):
         return new
 
     def _carry_errors(self, errors: ErrorHistory, old: Scene, shift: float) -> None:
-        """Interpolate the errors to the new mesh: what the interpolant of the corrected solution differs by."""
+        """Interpolate the errors to the new mesh, as differences of interpolated corrected and discrete solutions."""
         past = self.history
         errors.t_y, errors.y = [], []
         levels = zip(past.t, past.x, past.h, errors.x, errors.h, strict=True)
@@ -238,7 +242,7 @@ class StepSolver(MeshedSolver):
         self._drive_at(self.constraints.base, self.history.t[0])
         y = self._first_guess()
         x = self.constraints.expand(y, h)
-        # Viscous solids move as in the first guess, whatever the last solve left in their forms.
+        # Let viscous solids move as in the first guess; the last solve left other rates in their forms.
         moved = self.constraints.M @ y
         self.scene.set_solid_rates(self.scene.with_displacements(x, h - moved), 1.0)
         change = balanced(self.scene, x, h, self.constraints.M @ y, U_m, self.clock) - x

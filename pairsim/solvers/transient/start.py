@@ -25,19 +25,20 @@ from pairsim.solvers.steady.ends import arrived
 from pairsim.solvers.steady.first_solution import first_scene
 from pairsim.solvers.steady.linearisation import Linearisation
 
-SCALARS = ("p_s", "m", "dp")  # fields in the same numbering in scenes in time and quasi-steady scenes
+SCALARS = ("p_s", "m", "dp")  # fields numbered alike in time-dependent and quasi-steady scenes
 
 
 @dataclass(frozen=True)
 class Flow:
-    """A quasi-steady flow, in numberings that it shares with a scene in time on the same meshes.
+    """A quasi-steady flow, in numberings that a time-dependent scene on the same meshes has, too.
 
     Attributes:
-        liquid: Values of its fields at the nodes that carry them by name, (nodes, components).
+        liquid: Values of the liquid's fields by name, at the nodes that carry them, (nodes, components).
         velocity: Velocity of the particles' material [U_av], shape (n_h,).
         scalars: Free unknowns of the fields in SCALARS.
         U: Velocities of the particles [U_av], shape (N,).
-        errors: Errors of the discrete values of goals, by their names; none of a particle on its own.
+        errors: epsilon_0, errors of the discrete values of goals, by their names, (k,) each; empty for fewer than two
+            particles.
     """
 
     liquid: dict[str, Array]
@@ -61,7 +62,7 @@ class Flow:
         return Flow(nodal, constraints.V @ y, scalars, y[constraints.fields["U_p"]], _errors(at))
 
     def unknowns(self, scene: Scene, constraints: Constraints) -> Array:
-        """The free unknowns of a scene in time on the same meshes, shape (n_y,)."""
+        """The free unknowns of a time-dependent scene on the same meshes, shape (n_y,)."""
         liquid, x = scene.liquid, np.zeros(scene.size)
         for field in liquid.fields:
             if field.name in self.liquid:
@@ -74,7 +75,10 @@ class Flow:
 
 
 def _errors(at: Linearisation) -> dict[str, Array]:
-    """epsilon_0 of the goals of a run: errors of discrete values in a quasi-steady solution with gaps, by name."""
+    """epsilon_0 of the goals of a run: errors of their discrete values in a quasi-steady solution, by name, (k,) each.
+
+    It is empty for fewer than two particles.
+    """
     steady = at.steady
     if len(steady.bodies) < 2:
         return {}
@@ -86,7 +90,7 @@ def _errors(at: Linearisation) -> dict[str, Array]:
     found = dict[str, Array]()
     for goal in IN_TIME:
         each = estimates[goal.name]
-        if each.change.size:  # where estimates are never added, half-widths contain them
+        if each.change.size:  # half-widths of goals to which estimates are never added contain the estimate already
             found[goal.name] = each.half_width + (np.abs(each.correction) if each.goal.added else 0.0)
     return found
 
@@ -97,12 +101,12 @@ class Start:
 
     Attributes:
         reference: Reference domain of the liquid.
-        mesh: Its mesh; None: to be made.
-        insides: Meshes of the particles, None for a rigid one.
+        mesh: Mesh of this domain; None if it is still to be generated.
+        insides: Meshes of the particles, None for rigid ones.
         h: Positions of the material, shape (n_h,).
-        flow: The flow; None: everything is at rest.
-        newton: Newton iterations that it took.
-        factorisations: Factorisations that it took.
+        flow: The flow; None if everything is at rest.
+        newton: Newton iterations that were needed to find this state.
+        factorisations: Factorisations that were needed.
     """
 
     reference: Reference
@@ -115,7 +119,7 @@ class Start:
 
 
 def at_rest(problem: Problem, clock: Clock) -> Start:
-    """Unstressed particles in an unstressed liquid.
+    """The state at rest: unstressed particles (unless `Problem.start` deforms them) in an unstressed liquid.
 
     Raises:
         MeshFailure: A mesh could not be generated.
@@ -134,9 +138,9 @@ def at_rest(problem: Problem, clock: Clock) -> Start:
 
 
 def quasi_steady(problem: Problem, clock: Clock) -> Start:
-    """The quasi-steady state of the first distances, with developed flow at the ends of the tube.
+    """The quasi-steady state at the first distances, with developed flow at the ends of the tube.
 
-    That of a yielding polymer is taken without its yield stress.
+    The yield stress of a polymer is left out of this state.
 
     Raises:
         NoSteadyState: There is none, or it was not found.
@@ -162,9 +166,11 @@ def quasi_steady(problem: Problem, clock: Clock) -> Start:
 
 
 def settles(problem: Problem) -> bool:
-    """Whether half-widths contain epsilon_0, the error of the quasi-steady state that a run approaches after its start.
+    """Whether epsilon_0 has to be found from a quasi-steady state other than the one from which the run starts.
 
-    It does from rest, or where the flow is not the largest one at the start.
+    That is so if errors are estimated, in a run from rest in a liquid with a memory, which approaches this state, and
+    in a run from a quasi-steady state whose flow varies, where the largest flow counts. There is no epsilon_0 of a
+    polymer with a yield stress.
     """
     liquid, of_largest = problem.liquid, problem.drive.varies and problem.from_steady
     wanted = problem.dU_error and bool(problem.gaps) and liquid.yielding is None
@@ -172,9 +178,9 @@ def settles(problem: Problem) -> bool:
 
 
 def settled_errors(problem: Problem, clock: Clock) -> dict[str, Array]:
-    """Errors of goals in the quasi-steady state of the first distances, by their names; none if it was not found.
+    """Errors of goals in the quasi-steady state at the first distances, by their names; empty if it was not found.
 
-    Where the flow varies it is that in the largest one.
+    Where the flow varies, it is the state in the largest flow.
     """
     drive = problem.drive
     at_most = replace(problem, drive=drive.constant(drive.largest)) if drive.varies else problem
@@ -186,7 +192,7 @@ def settled_errors(problem: Problem, clock: Clock) -> dict[str, Array]:
 
 
 def steady_scene(problem: Problem, gaps: tuple[float, ...]) -> tuple[SteadyProblem, Parameters]:
-    """The quasi-steady problem of a run on its cells, and its parameters at given distances [D_c], N-1 values."""
+    """The quasi-steady problem of a run with its cell sizes, and parameters at distances `gaps` [D_c], N-1 values."""
     drive = problem.drive.constant(problem.drive.flow)
     steady = problem.of_kind(SteadyProblem, drive=drive, narrowest=min(problem.gaps, default=np.inf))
     return steady, Parameters(gaps, problem.solids, replace(problem.liquid, yielding=None))

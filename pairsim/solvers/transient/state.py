@@ -18,7 +18,7 @@ from pairsim.solvers.transient.cycles import Cycles
 
 @dataclass
 class Counts:
-    """Counters of the work of a run."""
+    """Counters of the work that a run has taken."""
 
     steps: int = 0
     rejected: int = 0
@@ -29,12 +29,12 @@ class Counts:
 
 @dataclass
 class Extremes:
-    """Extreme values over a run, which tell whether cells and tube were good enough.
+    """Extreme values over a run, from which it is judged whether cells were small and the tube long enough.
 
     Attributes:
         s_jump: Largest change of s = log c within a cell.
-        span: Largest length of the row of particles [D_c].
-        narrowest: Gap and length of the adjacent arcs [D_c] when their ratio was smallest.
+        span: Largest sum of the diameters and distances of all particles [D_c].
+        narrowest: A distance and the longer one of the adjacent arcs [D_c], where their ratio was smallest.
     """
 
     s_jump: float = 0.0
@@ -59,19 +59,19 @@ class State:
         history: Accepted values of the last steps.
         reference: Reference domain of the liquid.
         mesh: Mesh of the reference domain.
-        inside: Meshes of the particles, None for a rigid one.
+        inside: Meshes of the particles, None for rigid ones.
         dt: Size of the next step [D_c/U_av].
         U_m: Velocity of the frame in the next step [U_av].
         due: Whether the liquid is remeshed before the next step.
         counts: Work since the start of the run.
-        seconds: Wall time since the start of the run by phase of the computation [s].
+        seconds: Wall time since the start of the run, by phase of the computation [s].
         origin: Positions h of the material at t = 0 [D_c], shape (n_h,).
         gaps: Distances between the particles [D_c], N-1 values.
         run_errors: Errors of goals up to this step.
         extremes: Extreme values up to this step.
-        error_history: Estimated exact minus discrete values of the last steps, None if they are not estimated.
-        cycles: What the distances did over the cycles of a flow that varies, None where it does not.
-        per_flow: Velocity of the frame over the flow, by which it follows a flow that varies.
+        error_history: Estimated exact minus discrete values of the last steps; None if they are not estimated.
+        cycles: Changes of the distances over the cycles of a flow that varies; None if it does not.
+        per_flow: Ratio of the velocity of the frame to the flow, with which the frame follows a flow that varies.
     """
 
     history: History

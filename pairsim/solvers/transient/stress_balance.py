@@ -2,10 +2,10 @@
 
 The weak divergence of the stress changes when it is interpolated to another mesh. Without correction the solvent stress
 would have to compensate for the difference. As the solvent viscosity is small, all velocities would jump, and would
-recover within a time of order xi De, in which the strain of the liquid restores the balance. Here this strain is
-imposed at once: the imbalance drives a velocity w, and s changes as in a liquid that is deformed by w during a time
-STRAIN_TIME De much shorter than the relaxation time. This is repeated until w is small. The velocities of the solution
-remain those interpolated from the old mesh.
+recover within a time of order xi De, while the strain of the liquid restores the balance. Here this strain is imposed
+at once: the imbalance drives a velocity w, and s changes as in a liquid that is deformed by w during a time
+STRAIN_TIME De, much shorter than the relaxation time. This is repeated as long as w becomes smaller, at most PASSES
+times. The velocities of the solution remain those interpolated from the old mesh.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from pairsim.solvers.nonlinear.newton import Newton
 # Duration of the deformation by w in relaxation times: short enough for relaxation to be small, long enough for the
 # elastic response to exceed the viscous one. Three times as long was measured to be worse than no balance at De 2.
 STRAIN_TIME = 0.1
-# Smooth parts of the imbalance vanish after one or two iterations. The others remove velocities that vary from cell to
+# Smooth parts of the imbalance vanish after one or two iterations. Others remove velocities that vary from cell to
 # cell; continuous stresses balance them slowly, and they affect the velocities of the particles. Measured jumps of dU
 # in % of its peak after 2, 4, 8 and 16 iterations: 0.81, 0.26, 0.20, 0.19 (De 0.5, soft particles) and 2.4, 0.98, 0.24,
 # 0.12 (De 0.5, rigid particles, accuracy 5%).
@@ -32,10 +32,10 @@ PASSES = 16
 
 
 def balanced(scene: Scene, x: Array, h: Array, velocity: Array, U_m: float, clock: Clock) -> Array:
-    """Correct s and p of a full vector such that momentum is balanced at its velocities.
+    """Correct s and p (and m and dp) of a full vector such that momentum is balanced at its velocities.
 
     Args:
-        scene: A time-dependent viscoelastic scene.
+        scene: A time-dependent scene with a viscoelastic liquid.
         x: Full vector with u, p, s and the displacement of the mesh, shape (n,).
         h: Positions of the material, shape (n_h,).
         velocity: Velocities of the material, shape (n_h,).

@@ -31,9 +31,10 @@ from pairsim.solvers.transient.state import Counts, Extremes, State
 # Weight of errors of the distances between particles relative to errors of the shapes. Measured: dU to 0.15 % in 75
 # steps, against 0.34 % in 92 steps with weight 1.
 RELATIVE_WEIGHT = 20.0
-# Part of the largest flow below which velocities say nothing of how they follow it, as stresses recoil; chosen.
+# Fraction of the largest flow below which the ratio of velocity to flow is not updated, as elastic recoil falsifies it;
+# chosen.
 SLOW = 0.03
-# Least error in units of the tolerance, for scenes that do not change; 0 stands for an unknown error.
+# Smallest error in units of the tolerance, that of scenes that do not change, as 0 stands for an unknown error.
 NO_ERROR = 1e-12
 
 
@@ -42,9 +43,9 @@ class Transient(StepSolver):
 
     Args:
         problem: The problem.
-        state: State of an earlier run to continue, None to start as the problem says.
-        settled: Errors of goals in the quasi-steady state that a run from rest goes to, by their names, (k,) each;
-            None: they are determined.
+        state: State of an earlier run to continue; None to start as the problem says.
+        settled: Errors of goals in the quasi-steady state that the run approaches (see `settles`), by their names, (k,)
+            each; None to compute them where they are needed.
 
     Attributes:
         counts: Work since the start of the run.
@@ -52,7 +53,7 @@ class Transient(StepSolver):
         extremes: Extreme values up to the last step.
         origin: Positions h of the material at t = 0 [D_c], shape (n_h,).
         gaps: Distances after the last step [D_c], N-1 values.
-        cycles: What the distances do over the cycles of a flow that varies; None where it does not.
+        cycles: Changes of the distances over the cycles of a flow that varies; None if it does not.
 
     Raises:
         MeshFailure: The first mesh could not be generated.
@@ -67,7 +68,7 @@ class Transient(StepSolver):
         self.counts, self.run_errors, self.extremes = Counts(), RunErrors.of(problem.liquid), Extremes()
         self.gaps = problem.gaps
         self._U_m, self._dt, self._due = problem.U_m, problem.control.fixed or problem.first_step, False
-        # What velocities follow the flow by, and the rate of the distances where their past was forgotten at a kink.
+        # Ratio of the frame's velocity to the flow, and rate of the distances at the last kink, for `_hold` after it.
         self._per_flow, self._rate = problem.U_m, np.zeros(len(problem.gaps))
         if problem.drive.varies:
             self._U_m *= problem.drive.flow
@@ -79,7 +80,7 @@ class Transient(StepSolver):
             self._restore(state)
 
     def _begin(self, settled: Mapping[str, Array] | None) -> None:
-        """Start from unstressed particles and an unstressed liquid, or from the quasi-steady state."""
+        """Start from rest, or from the quasi-steady state at the first distances."""
         problem = self.problem
         start = (quasi_steady if problem.from_steady else at_rest)(problem, self.clock)
         self._make_particles(start.reference.outlines, start.insides)
@@ -120,7 +121,7 @@ class Transient(StepSolver):
 
     @property
     def state(self) -> State:
-        """State from which the run can be continued; later steps do not change it."""
+        """State from which the run can be continued, which later steps do not change."""
         return State(
             history=replace(self.history),
             reference=self.scene.reference,
@@ -141,7 +142,7 @@ class Transient(StepSolver):
         )
 
     def _frame_velocity(self, t: float) -> float:
-        """Velocity of the frame in a step that ends at a time [U_av]: that of the particles, as far as it is known."""
+        """Velocity of the frame in a step that ends at time t [U_av]: a prediction of the particles' mean velocity."""
         drive = self.problem.drive
         if not drive.varies:
             return self._U_m
@@ -155,7 +156,7 @@ class Transient(StepSolver):
             gradually: Whether smaller steps are solved first (see `_approached`).
 
         Returns:
-            y, h, x, the report of Newton's method, and the local error in units of the tolerance, 0 if unknown.
+            y, h, x, the report of Newton's method, and the local error in units of the tolerance; 0 if it is unknown.
         """
         past, t = self.history, self.history.t[0] + dt
         U_m = self._frame_velocity(t)
@@ -177,10 +178,10 @@ class Transient(StepSolver):
         return y, h, x, report, error
 
     def _size_of(self, difference: Array) -> float:
-        """Norm of a difference of material positions, shape (n_h,).
+        """Norm of a difference of material positions, shape (n_h,), in the estimate of the local error.
 
         Differences of the distances are weighted by RELATIVE_WEIGHT, since dU is a small difference of velocities of
-        order one. The common translation is subtracted, since the motion of the frame is not an error.
+        order one. The common translation is subtracted, as the motion of the frame is not an error.
         """
         if difference.size == 0:
             return 0.0
@@ -192,9 +193,10 @@ class Transient(StepSolver):
         return max(shape, RELATIVE_WEIGHT * float(np.ptp(centres)))
 
     def _hold(self, dt: float) -> None:
-        """Move particles and their past so that the distances after a step of size dt are those of the start.
+        """Shift the particles such that the distances after a step of size dt are about those at the start of the run.
 
-        Velocities are differences of the past positions, which all move alike: surfaces and stresses do not notice.
+        A particle is shifted by the same amount at all past times. As its velocity follows from differences of its
+        positions, neither velocities nor shapes nor stresses change.
         """
         past, errors = self.history, self._error.errors if self._error is not None else ErrorHistory()
         distances = [diagnostics.gaps(self.bodies, h) for h in past.h]
@@ -205,7 +207,7 @@ class Transient(StepSolver):
             errors.h = [h - self._moved(off) for h in errors.h]
 
     def _moved(self, longer: Array) -> Array:
-        """Displacement of the material, shape (n_h,), by which every distance is longer, shape (N-1,)."""
+        """Displacement of the material, shape (n_h,), that makes the distances longer by `longer`, shape (N-1,)."""
         places = np.concatenate([[0.0], np.cumsum(longer)])
         moved = np.zeros(self.scene.h_size)
         for body, place in zip(self.bodies, places - places.mean(), strict=True):
@@ -275,7 +277,7 @@ class Transient(StepSolver):
     def _accept(
         self, size: float, y: Array, h: Array, x: Array, report: Report, error: float, distortion: float
     ) -> Step:
-        """Go over to the solution of a step: estimate its errors, and choose the size of the next one.
+        """Accept a step: estimate the errors of its solution, and choose the size of the next step.
 
         Args:
             size: Size of the step.
@@ -283,7 +285,7 @@ class Transient(StepSolver):
             h: Positions of the material in it, shape (n_h,).
             x: Its full vector, shape (n,).
             report: Report of Newton's method.
-            error: Local error in units of the tolerance, 0 if unknown.
+            error: Local error in units of the tolerance; 0 if it is unknown.
             distortion: Smallest ratio of a liquid cell's current to its reference Jacobian.
         """
         t = self.history.t[0] + size
@@ -306,7 +308,7 @@ class Transient(StepSolver):
         known = self.problem.dU_error or (self.problem.from_steady and not self.problem.drive.varies)
         goals = (IN_TIME if known else (dU,)) if observation.dU.size else ()
         discrete = {goal: goal.value(solution, observation) for goal in goals}
-        # From a quasi-steady state alone nothing is added: the errors at the start are what is known.
+        # Without `dU_error` nothing is added: from a quasi-steady state half-widths follow from the error at the start.
         signed = corrections or {goal: np.zeros_like(values) for goal, values in discrete.items()}
         mesh, closer = self.counts.remeshings, float(np.max(self.problem.gaps / observation.d, initial=1.0))
         irregular = self._error.irregular if self._error is not None else {}
@@ -338,7 +340,7 @@ class Transient(StepSolver):
         return step
 
     def _pass_kink(self, t: float) -> None:
-        """Begin again with steps of the first order after a time at which the flow jumps or has a kink."""
+        """Begin again with first-order steps after a time at which the flow jumps or has a kink."""
         problem, past, waveform = self.problem, self.history, self.problem.drive.waveform
         if waveform is not None and waveform.after(t) == waveform.at(t) and len(past.t) > 1:
             distances = [diagnostics.gaps(self.bodies, h) for h in past.h[:2]]
@@ -355,10 +357,11 @@ class Transient(StepSolver):
             self.cycles.begin_again()
 
     def _longest_first_step(self, t: float) -> float:
-        """Length of a step of the first order after a kink [D_c/U_av]; 0 after a jump, where nothing is known.
+        """Largest size of the first step after a kink, which is of first order [D_c/U_av].
 
-        Its velocities are off by half a step times their rate of change, before the kink and by it, which is to be the
-        tolerance.
+        The error of its velocities is half the step times their rate of change: the rate before the kink, and a bound
+        on what the kink adds to it. This error is to be the tolerance. After a jump, or with fewer than three values in
+        the history, the rate is not known, and 0 is returned.
         """
         past, waveform = self.history, self.problem.drive.waveform
         assert waveform is not None, "a constant flow has no kinks"
@@ -374,7 +377,10 @@ class Transient(StepSolver):
         return 2 * self.problem.control.tolerance / max(size + 2 * rate, NO_ERROR)
 
     def _estimated(self, t: float, U_m: float, solution: Solution, observation: Observation) -> dict[Goal, Array]:
-        """Estimated exact minus discrete values of goals after a step, NaN once they diverge; none if not wanted."""
+        """Estimated exact minus discrete values of goals after a step, (k,) each; NaN once they diverge.
+
+        The dictionary is empty if errors are not to be estimated.
+        """
         if not self.problem.dU_error:
             return {}
         if self._error is None:
