@@ -1,1 +1,1 @@
-"""A scene whose distances are held: its solution, and how it is continued to other parameters."""
+"""Scenes whose distances are held: their solutions, and the continuation to other parameters."""

@@ -1,6 +1,6 @@
-"""Bordered systems: a quasi-steady scene with one additional equation and one parameter as additional unknown.
+"""Bordered systems: a quasi-steady scene with one additional equation, and a parameter as additional unknown.
 
-The additional equation is that for dU at a critical distance; see "Zeros and bordered systems" in
+The additional equation prescribes dU, as at a critical distance; see "Zeros and bordered systems" in
 docs/explanation/numerics.md.
 """
 
@@ -23,7 +23,7 @@ FRESH_ABOVE = 1e-4  # step below which the factorised matrix is reused
 def solve_with(
     steady: SteadySolver, along: Callable[[float], Parameters], tau: float, y: Array, row: Array, value: float
 ) -> float | None:
-    """Solve for y and the coordinate tau on a line of parameters, with the equation row . y = value.
+    """Solve for y and the coordinate tau on a line of parameters, with the additional equation row . y = value.
 
     The bordered matrix is not assembled: each iteration solves for two right-hand sides with the factors of the scene's
     own matrix.

@@ -25,43 +25,43 @@ from pairsim.solvers.steady.predictors import place_undeformed
 from pairsim.solvers.steady.pseudo_time import relax
 from pairsim.solvers.steady.scene import Snapshot, SteadySolver
 
-# Largest changes by one predictor step; those of fields of the liquid are in their declarations.
+# Largest changes in one predictor step; those of fields of the liquid are in the declarations of the fields.
 MOST_APART = 0.4  # of a distance, relative to itself
 MOST_SHAPE = 0.15  # of a nodal position of a particle, relative to the largest diameter
-SMALLEST = 2e-3  # step, relative to the distance to the target, below which natural continuation stops
-# Factor by which a parameter changes above which a solve begins with a new matrix, at the predicted state. That of the
-# last solution would contract by 0.14 where a distance changes by a fifth, one of the predicted state does by 0.01.
+SMALLEST = 2e-3  # step, as a fraction of the whole way, below which natural continuation stops
+# Factor of change of a parameter above which a solve begins with a new matrix, at the predicted state. Where a distance
+# changes by a fifth, the matrix of the last solution would contract by 0.14, that of the predicted state does by 0.01.
 FAR = 1.05
-# What helps where continuation does not: a run needs no steady state, and says whether it comes near one.
+# Advice where continuation fails: a run does not need a steady state, and shows whether it approaches one.
 IN_TIME = "pairsim run from this distance, which shows whether a steady state is approached"
-ON_OTHER_CELLS = "another mesh.Np"  # where particles are moved, which runs do not have
-ROUNDER = (0.03, 1e-3)  # factors of the regularisation with which a guess from another mesh is tried; chosen
-FIRST_SHARPER = 50.0  # factor of a regularisation in a first step; the whole way at once took 30 iterations and failed
+ON_OTHER_CELLS = "another mesh.Np"  # the same for particles at a prescribed velocity, which runs do not have
+ROUNDER = (0.03, 1e-3)  # factors of the regularisation m, tried where a guess from another mesh fails; chosen
+FIRST_SHARPER = 50.0  # largest factor of m in a first step; the whole way in one step took 30 iterations and failed
 FEW_ITERATIONS = 2  # Newton iterations up to which the step is doubled
 MANY_ITERATIONS = 5  # Newton iterations from which it is halved
-OF_KINK = 4  # factor of both in liquids with a yield stress, where each takes some iterations more; chosen
+OF_KINK = 4  # factor of both numbers in liquids with a yield stress, where a solve takes more iterations; chosen
 MOST_RELAXED = 3  # consecutive steps by pseudo-time; without a limit they could approach a fold in ever smaller steps
-# By how much the end of a branch may differ from that on other meshes, as a part of the parameter followed, rounded up
-# from the largest differences that were measured (docs/explanation/decisions.md, "Laws").
-MESH_SPREAD = 0.3  # where it is known on one mesh
+# Difference of the end of a branch between meshes, relative to the parameter followed, rounded up from the largest
+# differences that were measured (docs/explanation/decisions.md, "Laws").
+MESH_SPREAD = 0.3  # where the end is known on one mesh
 SPREAD_OF_SEVERAL = 0.1  # where it is known on several; the differences at beta up to 0.5
-CLOSER = 0.7  # part of the distance to a fold by which it is approached at a time
-NEAR_ENOUGH = 2e-3  # part of the way to a fold below which the fold is known
+CLOSER = 0.7  # step towards a fold, as a fraction of the distance to it
+NEAR_ENOUGH = 2e-3  # step towards a fold, as a fraction of the way to it, below which it is close enough
 COLD_CAPILLARY = 0.01
 STIFFER = (1.0, 0.2, 0.04, 0.008)  # factors of Ca_e that are tried in turn for the first solution
 
 
 def cold_start(parameters: Parameters) -> Parameters:
-    """Nearly rigid particles in an easier liquid, for which spheres in the developed flow are a good first guess."""
+    """Parameters of nearly rigid particles in an easier liquid, for which undeformed spheres are a good first guess."""
     largest = max(parameters.Ca_es, default=0.0)
     factor = min(1.0, COLD_CAPILLARY / largest) if largest else 1.0
     return replace(parameters.softer(factor), liquid=parameters.liquid.easier())
 
 
 def begin(steady: SteadySolver) -> None:
-    """Find a first solution, at the present parameters of the scene (see `cold_start`) or for stiffer spheres.
+    """Find a first solution, at the present parameters of the scene (see `cold_start`) or with stiffer particles.
 
-    Stiffer spheres are tried because the deformation at a given Ca_e increases as the gaps narrow.
+    Stiffer particles are tried because the deformation at a given Ca_e increases as the gaps narrow.
 
     Raises:
         NoSteadyState: No solution was found.
@@ -78,10 +78,10 @@ def begin(steady: SteadySolver) -> None:
 
 
 def _from_spheres(steady: SteadySolver) -> Report:
-    """Solve at the present parameters, or for stiffer spheres, from undeformed ones."""
+    """Solve from undeformed spheres, at the present parameters or with stiffer particles."""
     wanted, liquid = steady.parameters, steady.parameters.liquid
-    # The flow of a thinning liquid through a narrow gap is found from a liquid at rest, that past a large sphere on its
-    # own from the developed flow.
+    # With a thinning liquid, flow through a narrow gap is found from a liquid at rest, flow past a single large sphere
+    # from the developed flow.
     thinning = not liquid.has_memory and not liquid.newtonian
     for at_rest in (True, False) if thinning else (False,):
         place_undeformed(steady, at_rest=at_rest)
@@ -114,7 +114,7 @@ def new_mesh(steady: SteadySolver, *, afresh: bool = False) -> None:
 
 
 def reach(steady: SteadySolver, tangent: Array, rates: Array) -> float:
-    """Largest step along a tangent, limited by the changes of distances, shapes and fields of the liquid.
+    """Largest step along a tangent at which distances, shapes and fields of the liquid change by no more than allowed.
 
     Args:
         steady: The scene, at a solution.
@@ -139,12 +139,13 @@ def follow(steady: SteadySolver, target: Parameters) -> Ended | None:
     """Continue the solution of a scene to other parameters, with tangent predictors.
 
     Args:
-        steady: The scene, at a solution. It is left at the target, or at the last solution if it is not reached.
+        steady: The scene, at a solution. It is left at the target, or at the last solution if the target is not
+            reached.
         target: Parameters to reach.
 
     Returns:
-        None at the target; else why it is not reached, because the branch ends or Newton's method fails. The message
-        contains the parameters reached.
+        None if the target is reached; otherwise the reason why not, which is the end of the branch or a failure of
+        Newton's method. Its message contains the parameters reached.
 
     Raises:
         NoSteadyState: The matrix is singular, or there is no developed flow.
@@ -160,10 +161,10 @@ def follow(steady: SteadySolver, target: Parameters) -> Ended | None:
 
 
 def _continued(steady: SteadySolver, target: Parameters, way: list[Passed], *, sharpens: bool = False) -> Ended | None:
-    """Continue as `follow` does, and add the solutions passed to `way`.
+    """Continue as `follow` does, and append the solutions passed to `way`.
 
-    With `sharpens` the continuation is that from a rounder kink of the stress to the one wanted (`solve_on_mesh`), on
-    whose own meshes no rounder kink is tried once more.
+    With `sharpens` this is the continuation of `solve_on_mesh` from a rounder kink of the stress to the one wanted,
+    which must not try rounder kinks again on its own new meshes.
     """
     start = steady.parameters
     if start == target:
@@ -216,9 +217,15 @@ def _continued(steady: SteadySolver, target: Parameters, way: list[Passed], *, s
 
 
 def solve_on_mesh(steady: SteadySolver, there: Parameters, guess: Array, *, new: bool = True) -> Report:
-    """Solve at given parameters; on a new mesh, where that fails, with a rounder kink of the stress first.
+    """Solve at given parameters; if that fails on a new mesh, solve with a rounder kink of the stress first.
 
-    From the solution with the rounder kink a continuation in the regularisation leads to the one wanted.
+    From the solution with the rounder kink, continuation in the regularisation leads to the one wanted.
+
+    Args:
+        steady: The scene.
+        there: Parameters at which to solve.
+        guess: First guess, shape (n_y,).
+        new: Whether the mesh is new, and the guess was interpolated to it.
     """
     report = steady.solve(there, guess)
     for factor in ROUNDER if new and there.liquid.regularisation and not report.converged else ():
@@ -230,14 +237,14 @@ def solve_on_mesh(steady: SteadySolver, there: Parameters, guess: Array, *, new:
 
 
 def _first_step(start: Parameters, target: Parameters) -> float:
-    """Largest first step, as a part of the way."""
+    """Largest first step, as a fraction of the way."""
     name = target.liquid.regularisation
     sharper = target.liquid.numbers[name] / start.liquid.numbers[name] if name else 1.0
     return min(1.0, math.log(FIRST_SHARPER) / abs(math.log(sharper))) if sharper != 1.0 else 1.0
 
 
 def _growth(iterations: int, *, kinked: bool) -> float:
-    """Factor of the next step after so many Newton iterations, of which more are usual for a stress with a kink."""
+    """Factor of the next step after a number of Newton iterations; a stress with a kink usually takes more of them."""
     more = OF_KINK if kinked else 1
     if iterations <= more * FEW_ITERATIONS:
         return 2.0
@@ -245,7 +252,7 @@ def _growth(iterations: int, *, kinked: bool) -> float:
 
 
 def _far(here: Parameters, there: Parameters) -> bool:
-    """Whether a step is so long that the matrix of the last solution is not used at the new parameters."""
+    """Whether a step is so long that the matrix of the last solution is of no use at the new parameters."""
     pairs = zip(*((*at.gaps, *at.Ca_es, *at.liquid.numbers.values()) for at in (here, there)), strict=True)
     return any(max(old / new, new / old) > FAR for old, new in pairs if old and new)
 
@@ -253,7 +260,7 @@ def _far(here: Parameters, there: Parameters) -> bool:
 def _end(
     steady: SteadySolver, along: Callable[[float], Parameters], trail: deque[tuple[float, Snapshot]], refused: Text
 ) -> Ended:
-    """Why the continuation stopped: at the end of the branch, or since `refused`."""
+    """Why the continuation stopped: because of an end of the branch or, if none is found, for the reason `refused`."""
     target, end = along(1.0), None
     if any(target.Ca_es):
         with suppress(MeshFailure, NoSteadyState):
@@ -273,7 +280,14 @@ def _end(
 def _closer(
     steady: SteadySolver, along: Callable[[float], Parameters], trail: deque[tuple[float, Snapshot]], fold: float
 ) -> bool:
-    """Add a solution nearer to a fold to the last ones; False where it is near enough or there is no such solution."""
+    """Append a solution nearer to a fold to `trail`; False if the last one is near enough, or none is found.
+
+    Args:
+        steady: The scene.
+        along: Parameters as a function of the fraction of the way.
+        trail: The last solutions with their places on the way, in order.
+        fold: Place of the fold on the way.
+    """
     tau, last = trail[-1]
     step = CLOSER * (fold - tau)
     if step < NEAR_ENOUGH * fold:
@@ -295,13 +309,14 @@ WHY = {
 
 
 def ended(kind: str, at: Mapping[str, tuple[float, float]], target: Parameters, spread: float) -> Ended:
-    """The end of a branch; not proven where the parameters wanted are within the error.
+    """The end of a branch as the outcome of a continuation; not proven if the target is within its error.
 
     Args:
         kind: See `EstimatedEnd`.
-        at: Parameters at the end, each with its error on the mesh at hand, 0 where the parameter does not change.
+        at: Parameters at the end by name, each with its error on the mesh at hand, which is 0 for a parameter that does
+            not change.
         target: The parameters wanted.
-        spread: What other meshes add to the errors, as a part of the parameter.
+        spread: Additional error due to differences between meshes, relative to the parameter.
     """
     known = {name: (value, error and error + spread * value) for name, (value, error) in at.items()}
     places = [Message("{} = {}", name, KINDS[name](value, error=error)) for name, (value, error) in known.items()]
@@ -313,13 +328,13 @@ def ended(kind: str, at: Mapping[str, tuple[float, float]], target: Parameters, 
 
 
 def _numbers(parameters: Parameters) -> dict[str, float]:
-    """The parameters by name; of several particles the largest Ca_e, of several distances the smallest."""
+    """The parameters that are not 0, by name: De, the largest Ca_e of the particles, and the smallest distance."""
     found = {"De": parameters.De, "Ca_e": max(parameters.Ca_es, default=0.0), "d": min(parameters.gaps, default=0.0)}
     return {name: value for name, value in found.items() if value}
 
 
 def prepared(steady: SteadySolver, there: Parameters, guess: Array) -> Array:
-    """Prepare the mesh for a predicted solution: remesh if the present mesh would be too distorted there.
+    """Prepare the mesh for a predicted solution: remesh if the predicted state would distort the present mesh too much.
 
     Args:
         steady: The scene.
@@ -345,7 +360,7 @@ def _advice(steady: SteadySolver) -> str:
 
 
 def place(parameters: Parameters, before: str = " at ") -> Text:
-    """Parameters in words with those of the viscosity, after a word; "" where there is nothing to say."""
+    """Parameters in words, including those of the viscosity law, preceded by `before`; "" where there are none."""
     of_viscosity = [f"{name} = {value:.4g}" for name, value in parameters.liquid.solvent.numbers.items()]
     said: list[Text] = [*of_viscosity, *each_of(parameters)]
     return before + Message.joined(", ", said) if said else ""
@@ -357,7 +372,7 @@ def where(parameters: Parameters) -> Message:
 
 
 def each_of(parameters: Parameters) -> tuple[Message, ...]:
-    """Each of the parameters in words that is not 0, such as "De = 1" and "d = 0.05"."""
+    """In words, each of the parameters that is not 0, such as "De = 1" and "d = 0.05"."""
     values = {"De": (parameters.De,) if parameters.De else (), "Ca_e": parameters.Ca_es, "d": parameters.gaps}
     return tuple(
         Message("{} = {}", name, KINDS[name](dict.fromkeys(each), ".5g")) for name, each in values.items() if any(each)

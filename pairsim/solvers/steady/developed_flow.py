@@ -8,7 +8,8 @@ from pairsim.physics.liquids import Liquid
 from pairsim.physics.material import apart
 from pairsim.physics.pipe import Pipe, PipeState
 
-# Relative difference of its parameters up to which the flow of one liquid is the first guess for another; chosen.
+# Largest relative difference of the parameters of two liquids at which the flow of one is the first guess for the
+# other; chosen.
 ALL_BUT_THE_SAME = 0.01
 
 
@@ -37,5 +38,5 @@ class DevelopedFlows:
         return self._known[liquid]
 
     def learn(self, other: DevelopedFlows) -> None:
-        """Copy the flows computed by another scene in the same liquid."""
+        """Copy the flows that another scene with the same laws has computed."""
         self._known |= other._known

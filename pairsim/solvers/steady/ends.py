@@ -1,9 +1,9 @@
 """Where and why a branch of steady states ends.
 
-Towards a fold the decay of the shapes, at the rate 1/tau_0 (`shape_time`), becomes neutral: the square of the rate is
-linear in the parameter, and vanishes at the fold. On a compressed surface it is short waves that become neutral, at a
-stretch that depends on no length (`pairsim.fem.surface`). Both are seen in the last solutions before a continuation
-stops; no solution beyond the end is needed.
+Towards a fold the decay rate 1/tau_0 of the shapes (`shape_time`) tends to zero: its square is linear in the parameter,
+and vanishes at the fold. On a compressed surface short waves become neutrally stable, at a stretch that does not depend
+on their length (`pairsim.fem.surface`). Both are seen in the last solutions before a continuation stops; no solution
+beyond the end is needed.
 """
 
 from __future__ import annotations
@@ -23,21 +23,21 @@ from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.relaxation import shape_time
 from pairsim.solvers.steady.scene import Snapshot, SteadySolver
 
-LAST = 4  # solutions before the end from which it is told; chosen
-SLOWED_DOWN = 0.6  # part of the fastest of their rates below which the last one must be before a fold; chosen
-FARTHEST_FOLD = 3.0  # distance from the last solution, in steps to it from the solution before; chosen
-# Compression at which waves of the length of the cells were found to be neutral, over that of an ideal surface.
+LAST = 4  # number of solutions before the end from which it is estimated; chosen
+SLOWED_DOWN = 0.6  # largest ratio of the last one of their decay rates to the fastest one before a fold; chosen
+FARTHEST_FOLD = 3.0  # largest distance of a fold from the last solution, over the largest step between these; chosen
+# Compression at which waves as long as the cells were found to be neutral, relative to that of an ideal surface.
 MARGIN = 1.25
 
 
 @dataclass(frozen=True)
 class EstimatedEnd:
-    """The end of a branch of steady states on the way to other parameters, as the last solutions before it show it.
+    """The end of a branch of steady states, as estimated from the last solutions of a continuation.
 
     Attributes:
         kind: "fold", or "wrinkles" where the surface of a particle is compressed too much.
-        at: Where it lies, as a part of the way from the first of the last solutions to the target.
-        error: How far that may be off.
+        at: Its place, as a fraction of the way from the start of the continuation to the target.
+        error: Error of this place.
     """
 
     kind: str
@@ -47,7 +47,7 @@ class EstimatedEnd:
 
 @dataclass(frozen=True)
 class Passed:
-    """A solution on the way to other parameters.
+    """A solution that a continuation has passed.
 
     Attributes:
         parameters: Its parameters.
@@ -69,13 +69,13 @@ class Passed:
 
 @dataclass(frozen=True)
 class Ended:
-    """A continuation that has stopped before the parameters wanted.
+    """The outcome of a continuation that has stopped before the target.
 
     Attributes:
-        failure: Says why; to be raised where a solution is needed (`arrived`).
-        kind: What ends the branch, "fold" or "wrinkles"; empty where no end is seen.
-        on_mesh: Parameters at the end on the mesh at hand, each with its error; empty likewise.
-        at: The same with what other meshes add to the errors.
+        failure: The reason, as an error that is raised where a solution is needed (`arrived`).
+        kind: What ends the branch, "fold" or "wrinkles"; empty where no end was found.
+        on_mesh: Parameters at the end by name, each with its error, on the mesh at hand; empty where no end was found.
+        at: The same with errors that include the differences between meshes.
         way: The solutions passed, in order.
         last: The scene at the last of them, which may be closed; None where there is none.
     """
@@ -89,15 +89,15 @@ class Ended:
 
     @property
     def proven(self) -> bool:
-        """Whether the branch ends before the parameters wanted, on whichever mesh."""
+        """Whether the branch certainly ends before the target, whatever the mesh."""
         return isinstance(self.failure, BranchEnd)
 
 
 def arrived[T](found: T | Ended) -> T:
-    """What a continuation has arrived at, where there must be something.
+    """The result of a continuation, if it has reached its target.
 
     Raises:
-        NoSteadyState: It has stopped before.
+        NoSteadyState: It has stopped before; this is the `failure` of an `Ended`.
     """
     if isinstance(found, Ended):
         raise found.failure
@@ -105,7 +105,7 @@ def arrived[T](found: T | Ended) -> T:
 
 
 class SpentOnTheWay(BudgetSpent):
-    """The time given to a command is over before a continuation has arrived.
+    """The time given to a command is over before a continuation has reached its target.
 
     Attributes:
         way: The solutions passed, in order.
@@ -115,11 +115,12 @@ class SpentOnTheWay(BudgetSpent):
 
 
 def end_after(steady: SteadySolver, trail: Sequence[tuple[float, Snapshot]]) -> EstimatedEnd | None:
-    """The end of the branch that the last solutions show, None if they show none.
+    """The end of the branch, estimated from the last solutions; None if they do not approach one.
 
     Args:
         steady: The scene; it is left at the last solution.
-        trail: The last solutions of a continuation that has stopped, with their places on the way, in order.
+        trail: The last solutions of a continuation that has stopped, in order, each with its place as a fraction of the
+            way to the target.
     """
     rates = []
     for tau, snapshot in trail:
@@ -138,7 +139,11 @@ def end_after(steady: SteadySolver, trail: Sequence[tuple[float, Snapshot]]) -> 
 
 
 def _fold(rates: Sequence[tuple[float, float]]) -> tuple[float, float] | None:
-    """Place at which the square of the rates vanishes, and its error; None where they do not fall towards it."""
+    """Place at which the extrapolated square of decay rates vanishes, and its error; None if rates do not fall enough.
+
+    Args:
+        rates: Places, as fractions of the way, and decay rates there [U_av/D_c], in order.
+    """
     tau, rate = np.array(rates).T
     if len(rates) < 3 or rate[-1] > SLOWED_DOWN * rate.max() or rate[-1] > rate[-2]:
         return None

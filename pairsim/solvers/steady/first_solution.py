@@ -1,4 +1,4 @@
-"""First quasi-steady solution of a branch: at once from undeformed spheres, from a scout, or by continuation.
+"""First quasi-steady solution of a branch: from undeformed spheres, a solution on larger cells, or by continuation.
 
 See "First solution" and "Continuation" in docs/explanation/numerics.md.
 """
@@ -28,14 +28,14 @@ from pairsim.solvers.steady.scene import SteadySolver
 
 FEWEST_CELLS = 4  # on a half-circle; chosen
 # The continuation to the first parameters takes many solutions that are not reported. It is done on larger cells.
-SCOUT = 2.0  # their factor; chosen
-SCOUT_CELLS = 8  # on a half-circle, at least; chosen
-# Product of diameter and Ca_e, and of the stress over that of a Newtonian liquid, from which particles are nearly too
-# soft; steady shapes end near 0.064 in a Newtonian liquid (docs/explanation/decisions.md).
+SCOUT = 2.0  # factor by which these are larger; chosen
+SCOUT_CELLS = 8  # least number of them on a half-circle; chosen
+# Particles are nearly too soft where beta Ca_e, times the stress relative to that of a Newtonian liquid, exceeds this;
+# steady shapes end near 0.064 in a Newtonian liquid (docs/explanation/decisions.md).
 SOFT = 0.05
-ROUND = 100.0  # regularisation at which particles nearly too soft are made soft; chosen
-FINER_SCOUT = 2**0.5  # where the first scout fails, or to see that a branch ends at the same place; chosen
-FINER = 2**0.5  # factor of the cells of a particle where a branch has ended; chosen
+ROUND = 100.0  # largest regularisation m at which Ca_e of particles that are nearly too soft is raised; chosen
+FINER_SCOUT = 2**0.5  # this factor of a second scout, tried where the first one fails or finds an end; chosen
+FINER = 2**0.5  # factor of the number of cells on a particle, tried where a branch has ended; chosen
 
 
 def coarser(problem: SteadyProblem, factor: float, fewest: int = FEWEST_CELLS) -> SteadyProblem:
@@ -46,11 +46,11 @@ def coarser(problem: SteadyProblem, factor: float, fewest: int = FEWEST_CELLS) -
 def by_continuation(problem: SteadyProblem, parameters: Parameters) -> SteadySolver | Ended:
     """Create a scene at given parameters by continuation from an easier liquid and nearly rigid particles.
 
-    De, or a regularisation, and Ca_e are raised together. Particles nearly too soft for a steady shape, and what this
-    does not reach, are approached in De first and then in Ca_e, so that what ends the branch lies at the De wanted.
+    De (or a regularisation) and Ca_e are raised together. For particles that are nearly too soft for a steady shape,
+    and where this fails, De is raised first and then Ca_e, so that an end of the branch is found at the De wanted.
 
     Returns:
-        The scene, or why the continuation did not reach the parameters.
+        The scene, or the reason why the continuation did not reach the parameters.
 
     Raises:
         NoSteadyState: No solution was found at the start.
@@ -64,14 +64,15 @@ def by_continuation(problem: SteadyProblem, parameters: Parameters) -> SteadySol
             found = _continued_through(problem, start, parameters)
             if isinstance(found, SteadySolver):
                 return found
-    # On a new mesh the solution of a liquid with a sharp kink is found through rounder ones, a long way for each step.
+    # With a sharp kink of the stress, a solution on a new mesh is only found by way of rounder kinks, which takes long
+    # for each step of a continuation. Ca_e is therefore raised with a rounder kink, which is sharpened at last.
     sharpness = parameters.liquid.numbers[parameters.liquid.regularisation] if parameters.liquid.regularisation else 1.0
     rounder = parameters.less_regularised(min(1.0, ROUND / sharpness))
     return _continued_through(problem, start, replace(rounder, solids=start.solids), rounder, parameters)
 
 
 def _softness(problem: SteadyProblem, parameters: Parameters) -> float:
-    """Largest product of diameter and Ca_e, and of the stress where a yield stress makes it larger."""
+    """Largest product of beta and Ca_e, times the factor by which a yield stress makes the stress larger."""
     stress = 1.0
     if parameters.liquid.regularisation:
         stress = max(stress, Pipe(parameters.liquid, problem.drive.flow).steady().gradient / FIRST_GRADIENT)
@@ -79,7 +80,7 @@ def _softness(problem: SteadyProblem, parameters: Parameters) -> float:
 
 
 def _continued_through(problem: SteadyProblem, start: Parameters, *places: Parameters) -> SteadySolver | Ended:
-    """Create a scene at the last of some parameters, continued from a start by the others.
+    """Create a scene at the last one of `places`, continued from a start by way of the others.
 
     Raises:
         NoSteadyState: No solution was found at the start.
@@ -99,12 +100,12 @@ def _continued_through(problem: SteadyProblem, start: Parameters, *places: Param
 
 
 def try_from_rest(scene: SteadySolver) -> bool:
-    """Solve for the parameters of a new scene from spheres in a liquid at rest, without a memory and little thinning.
+    """Solve at the parameters of a new scene from spheres at rest, if the liquid has no memory and thins little.
 
     Measured for beta 0.2, 0.4 and 0.6 and distances of 0.02 to 0.5: it converges up to Ca_e 0.2, 0.1 and 0.05.
 
     Returns:
-        Whether there is a solution, on a mesh that need not be replaced.
+        Whether a solution was found, on a mesh that need not be replaced.
     """
     if scene.parameters.liquid.easier() != scene.parameters.liquid or scene.parameters.liquid.has_memory:
         return False
@@ -118,8 +119,13 @@ def try_from_rest(scene: SteadySolver) -> bool:
 def try_from_other_mesh(scene: SteadySolver, parameters: Parameters, scout: SteadySolver) -> bool:
     """Solve at given parameters from a solution of the same scene on another mesh.
 
+    Args:
+        scene: The scene, on its mesh.
+        parameters: Parameters at which to solve.
+        scout: The scene on the other mesh, at a solution.
+
     Returns:
-        Whether there is a solution.
+        Whether a solution was found.
     """
     with suppress(MeshFailure, NoSteadyState):
         adopt(scene, scout)
@@ -128,13 +134,13 @@ def try_from_other_mesh(scene: SteadySolver, parameters: Parameters, scout: Stea
 
 
 def first_scene(problem: SteadyProblem, parameters: Parameters) -> SteadySolver | Ended:
-    """Create a scene at given parameters: at once, or from a solution on larger cells.
+    """Create a scene at given parameters: directly, from a solution on larger cells, or by continuation.
 
     Returns:
-        The scene, or what is known of the end of its branch.
+        The scene, or the end of its branch.
 
     Raises:
-        NoSteadyState: No solution was found that could be continued.
+        NoSteadyState: No solution was found from which to continue.
         MeshFailure: A mesh could not be generated.
     """
     scene, scout, ends = SteadySolver(problem, parameters), None, list[Ended]()
@@ -165,11 +171,11 @@ def first_scene(problem: SteadyProblem, parameters: Parameters) -> SteadySolver 
 
 
 def scene_past_end(problem: SteadyProblem, parameters: Parameters, end: Ended) -> SteadySolver | Ended:
-    """Try finer cells where a branch has ended: a scene at the parameters wanted, or the end of the branch.
+    """Try finer cells where a branch has ended.
 
-    Near the softest shapes the surface of a particle becomes neutral to waves as long as its cells, on each mesh at
-    other parameters. A branch that ends there on one mesh may go on on another one, whose solution then leads to one
-    on the first mesh as well, beyond the end there.
+    Near the softest shapes the surface of a particle becomes neutral to waves as long as its cells, at parameters that
+    differ from mesh to mesh. A branch that ends there on one mesh may continue on another, and the solution on that
+    mesh may lead to one on the first mesh as well, beyond the apparent end.
 
     Args:
         problem: The problem.
@@ -177,7 +183,8 @@ def scene_past_end(problem: SteadyProblem, parameters: Parameters, end: Ended) -
         end: The end of the branch.
 
     Returns:
-        A scene on the cells of the problem, or with more cells on the particles.
+        A scene at the parameters, on the cells of the problem or with more cells on the particles; or the end of the
+        branch, if finer cells do not reach them either.
     """
     mesh = replace(problem.mesh, Np=round(FINER * problem.mesh.Np))
     try:
@@ -194,7 +201,7 @@ def scene_past_end(problem: SteadyProblem, parameters: Parameters, end: Ended) -
 
 
 def _from_other_mesh(problem: SteadyProblem, parameters: Parameters, known: SteadySolver) -> SteadySolver | None:
-    """The scene from a solution of another mesh; None where it does not follow at once."""
+    """The scene, solved from a solution on another mesh without continuation; None where that fails."""
     scene = SteadySolver(problem, parameters)
     if try_from_other_mesh(scene, parameters, known):
         return scene
@@ -203,12 +210,12 @@ def _from_other_mesh(problem: SteadyProblem, parameters: Parameters, known: Stea
 
 
 def _scout(problem: SteadyProblem, parameters: Parameters, ends: list[Ended]) -> SteadySolver | None:
-    """The scene on larger cells, at a rough solution; None where it is not needed or was not found.
+    """The scene on larger cells, at a solution; None where it is not needed or was not found.
 
     Args:
         problem: The problem.
         parameters: Parameters at which to solve.
-        ends: Takes the ends of the branch that are seen on the way.
+        ends: List to which the ends of the branch on these cells are appended.
     """
     if cold_start(parameters) == parameters:
         return None
@@ -222,7 +229,7 @@ def _scout(problem: SteadyProblem, parameters: Parameters, ends: list[Ended]) ->
 
 
 def agreed(ends: Sequence[Ended], target: Parameters) -> Ended:
-    """The end of a branch from those on several meshes: midway between them, with an error that covers them all.
+    """The end of a branch from those on several meshes: midway between the extreme ones, with an error that covers all.
 
     Args:
         ends: The end of the branch on each mesh.

@@ -1,7 +1,7 @@
 """A quasi-steady solution with the equations linearised there: linear systems, adjoints and tangents.
 
-`SteadySolver.linearise` returns it. What is computed with the matrix takes it as an argument, and asks it for the
-solution and its parameters, too.
+`SteadySolver.linearise` returns it. Functions that need the matrix at a solution take it as an argument, and get the
+solution and its parameters from it.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 class Linearisation:
     """A solution R(y; parameters) = 0 of a quasi-steady scene, and the matrix J = dR/dy there.
 
-    It holds until its solver goes on to another solution; then it solves no more linear systems.
+    It is valid until its solver goes on to another solution; after that it refuses to solve linear systems.
 
     Args:
         steady: The solver, at the solution, with the matrix there.
@@ -50,7 +50,7 @@ class Linearisation:
         return self._solve(rhs, transposed=False, tolerance=tolerance)
 
     def adjoint(self, rows: Array, tolerance: float = ADJOINT) -> Array:
-        """J^-T of one row, shape (n_y,), or of several, shape (k, n_y); arguments and errors as of `solve`."""
+        """J^-T of one row, shape (n_y,), or of several, shape (k, n_y); arguments and errors as for `solve`."""
         return self._solve(rows, transposed=True, tolerance=tolerance)
 
     def _solve(self, rhs: Array, *, transposed: bool, tolerance: float) -> Array:
@@ -60,11 +60,11 @@ class Linearisation:
 
     @cached_property
     def residual(self) -> Array:
-        """The residual that the solution has left, shape (n_y,)."""
+        """The residual at the solution, which Newton's method has left, shape (n_y,)."""
         return self.steady.residual_at(self.parameters, self.y)
 
     def residual_change(self, along: Callable[[float], Parameters]) -> Array:
-        """Derivative dR/dtau at fixed y along a line of parameters by a central difference, shape (n_y,).
+        """Derivative dR/dtau along a line of parameters at fixed y, by a central difference, shape (n_y,).
 
         Args:
             along: Parameters as a function of tau, those of the solution at tau = 0; tau is of order one.
@@ -73,7 +73,7 @@ class Linearisation:
         return (more - less) / (2 * DIFFERENCE)
 
     def tangent(self, along: Callable[[float], Parameters]) -> Array:
-        """Derivative dy/dtau along a line of parameters as of `residual_change`, shape (n_y,)."""
+        """Derivative dy/dtau of the solution along a line of parameters, as for `residual_change`, shape (n_y,)."""
         return -self.solve(self.residual_change(along))
 
     @cached_property

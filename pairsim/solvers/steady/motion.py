@@ -1,8 +1,8 @@
-"""The residual of a quasi-steady scene that moves: with the terms that holding the distances drops.
+"""The unsteady residual of a quasi-steady scene, with the terms that are dropped where the distances are held.
 
-Holding the distances drops the velocity with which the particles' surfaces deform, the viscous stress inside them, the
-velocity of the mesh relative to the particles, and the rates of what the liquid carries along. Given the rates of
-distances and unknowns, they are put back.
+These terms are the velocity at which the surfaces of the particles deform, the viscous stress inside them, the velocity
+of the mesh relative to the particles, and the rates of transported fields of the liquid. They follow from the rates of
+the distances and of the unknowns.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ def moving_residual(
     y_t: Array,
     rates: Array,
 ) -> Array:
-    """The complete residual of a scene at given rates, shape (n_y,).
+    """The unsteady residual R(y; y_t, d_t) of a scene, shape (n_y,).
 
     Args:
         steady: The scene.
         parameters: Its parameters.
         y: Free unknowns, shape (n_y,).
-        y_t: Their rates, seen by observers who move with the particles, shape (n_y,).
-        rates: Rates of the distances [U_av], shape (N-1,).
+        y_t: Their rates of change in frames that move with the particles, shape (n_y,).
+        rates: Rates of the distances, d_t [U_av], shape (N-1,).
     """
     scene, constraints = steady.scene, steady.constraints
     h_t = material_rates(steady, parameters, y_t, rates)
@@ -46,8 +46,9 @@ def moving_residual(
         scene.set_solid_rates(scene.with_displacements(x, h - h_t), 1.0)
         if scene.material.has_memory:
             x_t = constraints.N @ y_t + constraints.C @ h_t
-            # The mesh goes with the particles by what is left of U without the motion of their surfaces: all of it
-            # where distances are held, the common velocity where they change at the rates that belong to U.
+            # `means` is the part of the particles' velocities that the rates account for; the mesh follows the rest as
+            # at held distances. The rest is all of U where distances are held, and the common velocity where they
+            # change at the rates that belong to U.
             still = y.copy()
             still[constraints.fields["U_p"]] = U - means
             frame, vertices = liquid.nodal("w", constraints.N @ still), liquid.six_node_mesh.vertices
@@ -61,23 +62,24 @@ def moving_residual(
 
 
 def rate_terms(at: Linearisation, y_t: Array, rates: Array) -> Array:
-    """What rates add to the residual of a solution, shape (n_y,); arguments as of `moving_residual`."""
+    """Contribution of rates to the residual of a solution, shape (n_y,); arguments as for `moving_residual`."""
     return moving_residual(at.steady, at.parameters, at.y, y_t, rates) - at.residual
 
 
 class ShapeRates:
-    """What rates of the particles' shapes add to the residual of a solution at held distances.
+    """Contribution of the rates of the particles' shapes to the residual of a solution at held distances.
 
-    What the liquid carries along follows the surfaces at once. Then rates count in the velocity of the liquid on the
-    surfaces and in the stress of viscous solids alone, and the other phases are not assembled.
+    Transported fields of the liquid are taken to follow the surfaces instantaneously. Rates then enter only the
+    velocity of the liquid on the surfaces and the stress of viscous solids, and no other phases are assembled.
 
     Args:
         at: The solution, at which its solver is left.
 
     Attributes:
-        moving: Which free unknowns move soft particles; boolean, shape (n_y,). The inside of elastic particles too: it
-            has no stress of its own, but a part of the velocity of their centres.
-        means: Velocities of the centres of the particles (rows) by the rates of the free unknowns, (N, n_y).
+        moving: Which free unknowns move the material of soft particles; boolean, shape (n_y,). These include the inside
+            of elastic particles, which causes no stress but contributes to the velocity of their centres.
+        means: Derivatives of the velocities of the particles' centres (rows) with respect to the rates of the free
+            unknowns (columns), (N, n_y).
         viscous: Whether any solid is viscous.
     """
 
@@ -94,11 +96,11 @@ class ShapeRates:
         self._still = self._residual(self._x)
 
     def terms(self, y_t: Array, *, solids: bool = True) -> Array:
-        """What rates of the unknowns add, shape (n_y,).
+        """Contribution of rates of the unknowns to the residual, shape (n_y,).
 
         Args:
-            y_t: The rates, seen by observers who move with the particles, shape (n_y,).
-            solids: Whether viscous solids have their stress.
+            y_t: The rates in frames that move with the particles, shape (n_y,).
+            solids: Whether the stress of viscous solids is included.
         """
         steady, x = self._at.steady, self._x.copy()
         scene, h_t, means = steady.scene, steady.constraints.M @ y_t, self.means @ y_t
@@ -113,7 +115,7 @@ class ShapeRates:
             return self._residual(x) - self._still
 
     def _residual(self, x: Array) -> Array:
-        """The part of the residual that is due to the phases in which rates count, shape (n_y,)."""
+        """The part of the residual that is due to the phases in which rates matter, shape (n_y,)."""
         scene = self._at.steady.scene
         local = np.zeros(scene.size)
         for phase in self._phases:
@@ -124,11 +126,14 @@ class ShapeRates:
 
 
 def material_rates(steady: SteadySolver, parameters: Parameters, y_t: Array, rates: Array) -> Array:
-    """Rates of the material positions h at given rates of unknowns and distances, shape (n_h,); see above."""
+    """Rates of the material positions h, shape (n_h,), at given rates of unknowns and distances.
+
+    The arguments are those of `moving_residual`.
+    """
     fastest, deformed = float(np.abs(rates).max(initial=0.0)), steady.constraints.M @ y_t
     if fastest == 0.0:
         return np.asarray(deformed)
     step = DIFFERENCE * rates / fastest
     ends = [steady.h_star(replace(parameters, gaps=tuple(np.add(parameters.gaps, s * step)))) for s in (1, -1)]
-    # Those of undeformed particles are linear in the distances.
+    # The positions h* of undeformed particles are linear in the distances.
     return np.asarray(fastest * (ends[0] - ends[1]) / (2 * DIFFERENCE) + deformed)

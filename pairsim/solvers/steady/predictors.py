@@ -11,10 +11,10 @@ from pairsim.solvers.steady.scene import SteadySolver
 def place_undeformed(steady: SteadySolver, *, at_rest: bool = False) -> None:
     """Take undeformed spheres as first guess, in the developed flow or in a liquid at rest.
 
-    Without flow and pressure the matrix has no shape derivatives of them. The first iteration is then Stokes flow
-    past spheres with their deformation to first order in Ca_e; from a flow that crosses the particles it does not
-    converge where they are soft. In the developed flow the velocity on the axis is reduced by the Faxen correction
-    2/3 beta^2 of a sphere in Poiseuille flow, unless it is prescribed.
+    In a liquid at rest the shape derivatives of flow and pressure vanish. The first iteration then yields Stokes flow
+    past spheres, and their deformation to first order in Ca_e; from the developed flow, which crosses the particles,
+    Newton's method does not converge if they are soft. In the developed flow the particles have the velocity on the
+    axis, less the Faxen correction 2/3 beta^2 of a sphere in Poiseuille flow, unless their velocity is prescribed.
 
     Args:
         steady: The scene.
@@ -35,10 +35,10 @@ def place_undeformed(steady: SteadySolver, *, at_rest: bool = False) -> None:
 
 
 def adopt(steady: SteadySolver, other: SteadySolver) -> None:
-    """Take the solution of the same scene on another mesh, interpolated, as first guess.
+    """Take the interpolated solution of the same scene on another mesh as first guess.
 
     Args:
-        steady: The scene.
+        steady: The scene, which gets the parameters of the other one.
         other: The other scene, at a solution.
     """
     h, x = other.state()

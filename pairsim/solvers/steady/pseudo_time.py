@@ -1,6 +1,7 @@
 """Pseudo-transient continuation of quasi-steady scenes, for parameters at which Newton's method fails.
 
-Method: Kelley and Keyes (1998), with the time derivative of the log-conformation alone.
+The method is that of Kelley and Keyes (1998), in which only the transported fields of the liquid, such as the
+log-conformation, have a time derivative.
 """
 
 from __future__ import annotations
@@ -12,17 +13,17 @@ from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.scene import SteadySolver
 
 # All were chosen.
-FIRST_STEP = 0.1  # of pseudo-time in relaxation times; it is doubled each time
+FIRST_STEP = 0.1  # of pseudo-time, in relaxation times; steps are doubled each time
 LAST_STEP = 200.0
 MOST_STEPS = 40
 
 
 def relax(steady: SteadySolver, parameters: Parameters) -> Report:
-    """Solve by pseudo-time: implicit steps of increasing size in s, with all other equations in equilibrium.
+    """Solve by implicit pseudo-time steps of increasing size for the transported fields; all else is in equilibrium.
 
     Args:
-        steady: A scene in a viscoelastic liquid, at a solution, which is the first guess. It is left at the new
-            solution, or at its previous parameters in case of failure.
+        steady: A scene in a liquid with a memory, with a first guess in `y`. It is left at the new solution, or
+            unchanged in case of failure.
         parameters: Parameters at which to solve.
 
     Returns:
@@ -51,6 +52,6 @@ def relax(steady: SteadySolver, parameters: Parameters) -> Report:
                 dt /= 4
                 if dt < 1e-3 * FIRST_STEP * longest:
                     break
-    # If the stress grows without bound, every step may converge without a steady state being reached.
+    # If the stress grows without bound, every step may converge although no steady state is reached.
     reason = "no steady state was reached in pseudo-time" if report.converged else report.reason
     return replace(report, converged=False, reason=reason)

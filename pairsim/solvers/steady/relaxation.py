@@ -1,10 +1,10 @@
 """Relaxation time of particles: a mean decay time of a disturbance while the distances are held.
 
 With the residual R(y, y_t) of `pairsim.solvers.steady.motion`, a small disturbance v of a solution obeys J v = -M v_t
-with J = dR/dy and M = dR/dy_t. Two families of its modes have no length of their own and are resolved by no mesh: short
-waves on the surfaces and the advected stress of the polymer, which decays within about De. The stress is taken to
-follow the particles at once, and M is restricted to these. What is left decays as exp(-t/T), where T is the restriction
-of J^-1 M.
+with J = dR/dy and M = dR/dy_t. Two families of its modes have no length scale, and no mesh resolves them: short waves
+on the surfaces, and the advected stress of the polymer, which decays within about De. The stress is taken to follow the
+particles instantaneously, and M is restricted to the unknowns of the particles. Their disturbances decay as
+exp(-t T^-1), where T is J^-1 M restricted to these unknowns.
 
 Short waves have decay times up to several times those of the smooth shapes, and growing with the number of cells, but
 they are hardly excited: the slowest of all modes depends on the mesh and does not show in the results. The time tau_0
@@ -34,18 +34,19 @@ from pairsim.runtime.arrays import Array
 from pairsim.solvers.steady.linearisation import Linearisation
 from pairsim.solvers.steady.motion import ShapeRates
 
-# Dimension of the Krylov space; with twice as many tau_0 changes by less than 1 % in ten scenes, viscous solids too.
+# Dimension of the Krylov space; twice as many change tau_0 by less than 1 % in ten scenes, some with viscous solids.
 STEPS = 6
-LATE = 2  # power of the time in the weight t^LATE |f|^2: short waves count with more, what decays at once with less
-PROBE = 1e-3  # largest velocity of the surfaces in a probe [U_av], small enough for SUPG to be linear; chosen
-# Residuals of the linear systems: of the first ones, small enough for dU, which is small against the velocities, and of
-# the others, whose errors count less (measured: docs/explanation/decisions.md).
+LATE = 2  # power of the time in the weight t^LATE |f|^2: with a larger one short waves count more, with a smaller one
+# what decays immediately
+PROBE = 1e-3  # largest rate of an unknown in a probe [U_av], small enough for SUPG to be linear; chosen
+# Relative residuals of the linear systems: of the first ones, small enough for dU, which is small against the
+# velocities, and of the others, whose errors matter less (measured: docs/explanation/decisions.md).
 SOLVED, ROUGHLY_SOLVED = 1e-3, 0.1
 ACCURATE_SOLVES = 3
 
 
 def relaxation_time(at: Linearisation) -> float:
-    """The relaxation time t_relax: tau_0 with the memory of the liquid [D_c/U_av]; see above."""
+    """The relaxation time t_relax, which is tau_0 changed by the memory of the liquid [D_c/U_av]; see above."""
     liquid, (tau_0, of_solids) = at.parameters.liquid, shape_time(at)
     if not liquid.modes or math.isinf(tau_0):
         return max(tau_0, float(liquid.solvent.memory))
@@ -60,9 +61,10 @@ def relaxation_time(at: Linearisation) -> float:
 
 
 def shape_time(at: Linearisation) -> tuple[float, float]:
-    """Decay time tau_0 of the shapes, in a liquid whose stress follows at once, and the part tau_s/tau_0 of it.
+    """Decay time tau_0 of the shapes, if the stress follows them instantaneously [D_c/U_av], and its part tau_s/tau_0.
 
-    The time is infinite where nothing decays.
+    The time is infinite where nothing decays, and 0 for rigid particles. The part is computed for viscous solids in a
+    liquid with modes only, and is 0 otherwise.
     """
     if not any(body.phase is not None for body in at.steady.bodies):
         return 0.0, 0.0
@@ -87,8 +89,8 @@ def shape_time(at: Linearisation) -> tuple[float, float]:
             H[: j + 1, j] += parts
             w = w - parts @ np.array(basis)
         H[j + 1, j] = np.linalg.norm(w)
-    # Of all particles, or of gaps: without what the shapes move the centres by, which may change the sign of dU while
-    # it decays.
+    # The results are U of a single particle, or dU of all gaps, without the part by which the changing shapes move the
+    # centres: that part may change the sign of dU during the decay.
     results = np.array(seen) if len(seen[0]) == 1 else np.diff(seen, axis=1)
     tau, of_solids = _late_time(H[:STEPS], results), 0.0
     if at.parameters.liquid.modes and rates.viscous:
@@ -102,8 +104,8 @@ def _late_time(H: Array, results: Array) -> float:
     """The time 2/(k + 1) int t^(k+1) |f|^2 dt / int t^k |f|^2 dt, k = LATE; infinite where nothing decays.
 
     Args:
-        H: The matrix of T in a basis whose first vector is the disturbance, (m, m).
-        results: Results of the rates that are vectors of this basis, (m, results).
+        H: The matrix of T in an orthonormal basis whose first vector is the initial disturbance, (m, m).
+        results: The results that belong to rates equal to each vector of this basis, (m, results).
     """
     mu, vectors = np.linalg.eig(H)
     excited = np.linalg.solve(vectors, np.eye(len(mu))[0].astype(complex))
@@ -116,7 +118,7 @@ def _late_time(H: Array, results: Array) -> float:
 
 
 def _disturbance(at: Linearisation) -> Array:
-    """What changes the shapes smoothly: a change of all distances, or of Ca_e where there are none, shape (n_y,)."""
+    """A smooth disturbance of the shapes: that by a change of all distances or, without gaps, of Ca_e, shape (n_y,)."""
     if at.parameters.gaps:
         return np.asarray(at.gap_tangents.sum(axis=0))
     return at.tangent(lambda tau: at.parameters.softer(1 + tau))

@@ -1,8 +1,8 @@
-"""Quasi-steady solutions of a scene as functions of its parameters, on a mesh that serves them.
+"""Quasi-steady solutions of a scene at given parameters, on a mesh that is replaced as they require.
 
 Distances are prescribed, and time derivatives at fixed X are dropped. Shapes, stresses, flow and velocities are solved
-for together; see "Quasi-steady solutions" in docs/explanation/numerics.md. First guesses are functions of a solver
-(`predictors`); what is done with the matrix at a solution is done with its `linearisation`.
+for together; see "Quasi-steady solutions" in docs/explanation/numerics.md. First guesses are made by the functions of
+`predictors`; linear systems with the matrix at a solution are solved by its `linearisation`.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from pairsim.solvers.solution import Solution
 from pairsim.solvers.steady.developed_flow import DevelopedFlows
 from pairsim.solvers.steady.linearisation import Linearisation
 
-# Stricter than in time, since near the end of a branch distorted cells let rims buckle too early: at Ca_e 0.14 instead
+# Stricter than in runs, since near the end of a branch rims buckle too early on distorted cells: at Ca_e 0.14 instead
 # of 0.16 (beta 0.4, d 0.1).
 LEAST_STEADY = 0.6  # distortion at which a mesh is replaced
 FRESH_STEADY = 0.75  # distortion at which a new mesh around spheres is accepted
@@ -58,7 +58,7 @@ class Snapshot:
 
 
 def cells_around_spheres(problem: SteadyProblem, parameters: Parameters) -> Cells:
-    """Cells around undeformed spheres; the mesh of the liquid is to be generated.
+    """Cells around undeformed spheres, without a mesh of the liquid, which is still to be generated.
 
     Raises:
         MeshFailure: The mesh of a particle could not be generated.
@@ -70,19 +70,19 @@ def cells_around_spheres(problem: SteadyProblem, parameters: Parameters) -> Cell
 
 
 class SteadySolver(MeshedSolver):
-    """A quasi-steady solution at one set of parameters, which forms, constraints and meshes follow.
+    """Solver of a quasi-steady scene at one set of parameters after another.
 
     Args:
         problem: The problem.
         parameters: Initial parameters. Rigid particles remain rigid, and materials keep their laws.
-        cells: The cells to begin with; by default they are made for the problem.
+        cells: The cells to begin with; by default cells around spheres.
 
     Attributes:
         parameters: Parameters of the last solution, or of the first guess.
         y: Free unknowns of the last solution, or the first guess, shape (n_y,); zero at first.
-        linearised: What `linearise` returned last, None since the last solve.
-        iterations: Number of Newton iterations.
-        factorisations: Number of factorisations.
+        linearised: What `linearise` returned last; None after a solve, a change of mesh, or `forget`.
+        iterations: Number of Newton iterations so far.
+        factorisations: Number of factorisations so far.
         flows: Developed flows of the liquids so far.
 
     Raises:
@@ -138,7 +138,7 @@ class SteadySolver(MeshedSolver):
         """Set forms and constraints to the given parameters.
 
         Returns:
-            How the positions of the material follow from the unknowns: h* are those of undeformed spheres.
+            How the positions of the material follow from the unknowns; h* is that of undeformed spheres.
         """
         scene, base = self.scene, self.constraints.base
         sizes = parameters.sizes or (1.0,) * len(self.bodies)
@@ -157,32 +157,38 @@ class SteadySolver(MeshedSolver):
 
     @contextmanager
     def changed_to(self, parameters: Parameters) -> Iterator[PositionUpdate]:
-        """Set forms and constraints to other parameters, as `apply` does, and at the end to those of the solution."""
+        """Context in which forms and constraints are those of other parameters; afterwards they are the solution's."""
         try:
             yield self.apply(parameters)
         finally:
             self.apply(self.parameters)
 
     def residual_at(self, parameters: Parameters, y: Array) -> Array:
-        """The residual of free unknowns y at given parameters, shape (n_y,)."""
+        """The residual at free unknowns y and given parameters, shape (n_y,)."""
         with self.changed_to(parameters) as update:
             return self.newton.residual_at(y, update)
 
     def state_at(self, parameters: Parameters, y: Array) -> tuple[Array, Array]:
-        """Material positions h and full vector x of free unknowns y at given parameters."""
+        """Material positions h, (n_h,), and full vector x, (n,), of free unknowns y at given parameters."""
         with self.changed_to(parameters) as update:
             return self.constraints.state(y, update)
 
     def distortion_of(self, h: Array, x: Array) -> float:
-        """Smallest ratio of current to reference Jacobian in the liquid; zero or negative if any cell is inverted."""
+        """Smallest ratio of current to reference Jacobian in the liquid; not positive if any cell is inverted.
+
+        Args:
+            h: Positions of the material, shape (n_h,).
+            x: Full vector, shape (n,).
+        """
         solid = diagnostics.solid_distortion(self.bodies, h)
         return diagnostics.liquid_distortion(self.scene, x) if solid > 0 else 0.0
 
     def _shape_alone(self, distortion: float, parameters: Parameters, least: float) -> float:
-        """Distortion of a mesh around spheres by the shapes alone, without the change of the distances.
+        """Distortion of a mesh around spheres by the shapes alone, without that by a change of the distances.
 
-        A mesh that only follows the distance of spheres remains accurate and symmetric; deformed shapes alone are a
-        reason to replace it. Distortions of at least `least` are returned unchanged.
+        A mesh around spheres that is merely stretched to other distances remains accurate and symmetric; only the
+        deformation of the shapes is a reason to replace it. Ratios of at least `least`, and those of meshes around
+        deformed shapes, are returned unchanged.
         """
         if distortion >= least or self.scene.reference.deformed:
             return distortion
@@ -196,7 +202,7 @@ class SteadySolver(MeshedSolver):
 
     @property
     def as_made(self) -> bool:
-        """Whether the mesh is the one around spheres that is made for the present distances."""
+        """Whether the mesh is the one around spheres that would be made for the present distances."""
         reference = self.scene.reference
         return not reference.deformed and reference.geometry.gaps == self.problem.nominal(self.parameters.gaps)
 
@@ -205,7 +211,7 @@ class SteadySolver(MeshedSolver):
 
         Args:
             parameters: Parameters of the state, by default those of the solution.
-            y: Free unknowns of the state, by default the solution; no cell may be inverted.
+            y: Free unknowns of the state, by default the solution, in which no cell may be inverted.
             afresh: Whether a mesh around spheres is tried even if an earlier one was too distorted.
 
         Raises:
@@ -230,7 +236,10 @@ class SteadySolver(MeshedSolver):
         self.y = self.carried_over(old, x, h, material)
 
     def _as_refused(self, there: Parameters) -> bool:
-        """Whether particles are at least as soft and close as those that last required a mesh around their shapes."""
+        """Whether a mesh around spheres would be refused again, as it was for the last parameters in `_refused`.
+
+        That is so if particles are at least as soft and as close as there, at a De that is no larger.
+        """
         last = self._refused
         if last is None or there.De > last.De:
             return False
@@ -238,7 +247,7 @@ class SteadySolver(MeshedSolver):
         return closer and all(Ca_e >= before for Ca_e, before in zip(there.Ca_es, last.Ca_es, strict=True))
 
     def take_over_costs(self, other: SteadySolver) -> None:
-        """Add the iterations, factorisations, meshes and times of another scene to those of this one."""
+        """Add the iterations, factorisations, meshes and times that another scene has taken to those of this one."""
         self.iterations += other.iterations
         self.factorisations += other.factorisations
         self.meshed.made += other.meshes
@@ -257,7 +266,7 @@ class SteadySolver(MeshedSolver):
         self.parameters, self.y = snapshot.parameters, snapshot.y
 
     def reopen(self) -> None:
-        """Make the solvers of a closed scene again, on its mesh."""
+        """Create the solvers of a closed scene again, on its mesh."""
         self.meshed.put(self.scene.reference, self.scene.liquid.six_node_mesh)
 
     def carried_over(self, old: Scene, x: Array, h: Array, material: Array) -> Array:
@@ -265,8 +274,8 @@ class SteadySolver(MeshedSolver):
 
         Args:
             old: The scene on the other mesh.
-            x: Its full vector.
-            h: Positions of the material, shape (n_h,).
+            x: Its full vector, shape (n,).
+            h: Positions of the material, shape (n_h,), which are the same on both meshes.
             material: Free unknowns of the particles.
         """
         new = self.meshed.carried(old, x, h)
@@ -280,7 +289,7 @@ class SteadySolver(MeshedSolver):
         return y
 
     def state(self) -> tuple[Array, Array]:
-        """Material positions h and full vector x of the solution; sets the forms to its parameters."""
+        """Material positions h, (n_h,), and full vector x, (n,), of the solution; sets the forms to its parameters."""
         return self.constraints.state(self.y, self.apply(self.parameters))
 
     @property
@@ -322,7 +331,7 @@ class SteadySolver(MeshedSolver):
         self.linearised = None
 
     def distorted(self, parameters: Parameters | None = None, y: Array | None = None) -> bool:
-        """Whether a state, by default the solution, requires a new mesh, as the distortion is below the least."""
+        """Whether a state, by default the solution, requires a new mesh, for its distortion or its distances."""
         parameters = parameters or self.parameters
         h, x = self.state_at(parameters, self.y if y is None else y)
         reference = self.scene.reference
@@ -339,12 +348,12 @@ class SteadySolver(MeshedSolver):
         return self.distortion_of(*self.state_at(parameters, y)) <= 0
 
     def linearise(self, part: float = 1.0) -> Linearisation:
-        """The equations linearised at the solution, with its matrix, which is factorised unless factors in hand serve.
+        """The equations linearised at the solution, whose matrix is factorised unless the present factors will do.
 
-        One step with this matrix removes the error that lagged matrices leave.
+        A Newton step with this matrix is added to the solution, to remove the error that lagged matrices have left.
 
         Args:
-            part: Part of this step that is taken.
+            part: Fraction of this step that is taken.
 
         Raises:
             NoSteadyState: The matrix is singular.
@@ -363,7 +372,7 @@ class SteadySolver(MeshedSolver):
         return self.linearised
 
     def velocity_row(self) -> Array:
-        """Coefficients c, shape (n_y,), with c . y the velocity of the last particle relative to the first one."""
+        """Coefficients c, (n_y,), for which c . y is the velocity of the last particle minus that of the first one."""
         row = np.zeros(self.constraints.size)
         row[self.constraints.fields["U_p"][[0, -1]]] = -1.0, 1.0
         return row
