@@ -1,7 +1,7 @@
 """Adjoint solutions of the goals of a quasi-steady scene.
 
-The derivative of a result J(y) along any change dR of the residual is -z . dR, with the adjoint z of J. The adjoints of
-all functionals are solved for at once; what moving adds, sensitivities, slopes and errors are products with them.
+A change dR of the residual changes a result J(y) by -z . dR, to first order, with the adjoint z of J. The adjoints of
+all functionals are solved for at once; the effect of motion, sensitivities, slopes and errors are products with them.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ class Adjoints:
     """Adjoints at a solution.
 
     Attributes:
-        goals: What they are of, combined goals among them.
-        functionals: The functionals of the goals that are not combined of others, in the order of `all`.
+        goals: The goals, including those that are combinations of others.
+        functionals: The functionals of the goals that are not such combinations, in the order of `all`.
         all: The adjoints of all functionals, (K, n_y).
     """
 
@@ -32,17 +32,17 @@ class Adjoints:
 
     @staticmethod
     def of(at: Linearisation, goals: Collection[Goal] = ()) -> Adjoints:
-        """Solve for them at a solution.
+        """Solve for the adjoints of all `GOALS`, and of other goals, at a solution.
 
         Args:
             at: The solution.
-            goals: Goals beside those of `GOALS`.
+            goals: The other goals.
         """
         return Adjoints.of_goals(at, dict.fromkeys([*GOALS, *goals]))
 
     @staticmethod
     def of_goals(at: Linearisation, goals: Collection[Goal]) -> Adjoints:
-        """Solve for those of given goals alone."""
+        """Solve for the adjoints of given goals only."""
         solution = at.steady.solution
         functionals = {root: root.functional_at(solution) for root in dict.fromkeys(goal.root for goal in goals)}
         rows = np.vstack([each.rows for each in functionals.values()])
@@ -63,22 +63,22 @@ class Adjoints:
 
     @property
     def apart(self) -> Array:
-        """For each functional the length over which the pressure drop without particles is subtracted, (K,) [D_c]."""
+        """`Functional.apart` of each functional, (K,) [D_c]."""
         return np.concatenate([np.full(len(each.rows), each.apart) for each in self.functionals.values()])
 
     def combination(self, goal: Goal) -> Array:
-        """The coefficients of a goal in the functionals, (k, K)."""
+        """Coefficients of the values of a goal as combinations of all functionals, (k, K)."""
         part = self._part(goal.root)
         own = goal.combined(part.stop - part.start)
         return np.pad(own, ((0, 0), (part.start, len(self.all) - part.stop)))
 
     def change(self, goal: Goal, residual: Array) -> Array:
-        """The change of a goal by a change of the residual (n_y,), (k,)."""
+        """The change of a goal's values, (k,), by a change of the residual, (n_y,), to first order."""
         own = -self.all[self._part(goal.root)] @ residual
         return np.asarray(goal.combined(len(own)) @ own)
 
     def _part(self, root: Goal) -> slice:
-        """The functionals of a goal that is not combined."""
+        """The place, among all functionals, of those of a goal that is not a combination."""
         start = 0
         for goal, functional in self.functionals.items():
             if goal == root:

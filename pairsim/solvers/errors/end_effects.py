@@ -1,9 +1,9 @@
-"""What the finite length of the tube does to the velocities of a quasi-steady solution.
+"""Effect of the finite length of the tube on the functionals of a quasi-steady solution.
 
-At prescribed ends the flow is the developed one, at periodic ends it is the same at both, while in an infinite tube it
-would have what is left there of the particles' perturbation. Somewhat inside the tube the perturbation is larger than
-that. Put on the ends, it changes the residual, and the adjoint turns the change into one of the velocities. A period of
-an infinite row has no ends.
+At prescribed ends the flow is the developed one, and at periodic ends it is the same at both; in an infinite tube it
+would contain the rest of the particles' perturbation. As an upper estimate of that rest, the perturbation found at some
+distance inside the tube is added at the ends. This changes the residual, which the adjoints turn into changes of the
+functionals. A period of an infinite row has no ends.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from pairsim.quantities.scales import FLOW_RATE
 from pairsim.runtime.arrays import Array, Indices
 from pairsim.solvers.steady.scene import SteadySolver
 
-# Distances from the ends at which the perturbation is read [D_c]. It oscillates along the tube, and where one of them
-# meets a zero the other does not. How far the result is from the effect: docs/explanation/error-estimate.md.
+# Distances from the ends at which the perturbation is evaluated [D_c]. It oscillates along the tube, and there are two
+# in case one of them meets a zero. How good the estimate is: docs/explanation/error-estimate.md.
 INSIDE = (0.25, 0.5)
 
 
 def end_effects(steady: SteadySolver, adjoints: Array, residual: Array) -> Array:
-    """Changes of functionals when the ends carry the perturbation that is found inside the tube.
+    """Changes of functionals when the perturbation that is found inside the tube is added at its ends.
 
     Args:
         steady: The solution.
@@ -34,7 +34,7 @@ def end_effects(steady: SteadySolver, adjoints: Array, residual: Array) -> Array
         residual: The residual of the solution, (n_y,).
 
     Returns:
-        A row for each of the distances from the ends, (2, k).
+        The changes for each of the distances `INSIDE`, (2, k).
     """
     scene, x = steady.scene, steady.state()[1]
     if scene.reference.geometry.closed:
@@ -43,7 +43,7 @@ def end_effects(steady: SteadySolver, adjoints: Array, residual: Array) -> Array
     mesh, fields = liquid.six_node_mesh, [VELOCITY, *scene.material.transported]
     values, positions = np.hstack([liquid.nodal(field.name, x) for field in fields]), scene.positions(x)
     parts = np.cumsum([field.components for field in fields])[:-1]
-    # What enters a periodic tube at its inlet has left it at its outlet: there is one jump.
+    # In a periodic tube inlet and outlet share their fields: the perturbation is a single jump between them.
     ends = [(nodes.outlet, -1.0)] if scene.periodic else [(nodes.inlet, 1.0), (nodes.outlet, -1.0)]
     places = [mesh.points[at] + [inwards * inside, 0.0] for inside in INSIDE for at, inwards in ends]
     inner = iter(_on_planes(mesh, positions, values, places))
@@ -61,7 +61,17 @@ def end_effects(steady: SteadySolver, adjoints: Array, residual: Array) -> Array
 
 
 def _on_planes(mesh: SixNodeMesh, positions: Array, values: Array, places: Sequence[Array]) -> list[Array]:
-    """Interpolate P2 fields at places of each of some cross-sections; only the cells there are searched."""
+    """Interpolate P2 fields to points on several cross-sections; only the cells there are searched.
+
+    Args:
+        mesh: Mesh of the liquid.
+        positions: Current positions of its nodes, (nodes, 2).
+        values: Nodal values, (nodes, components).
+        places: Points of each cross-section, (k, 2).
+
+    Returns:
+        Values at the points of each cross-section, (k, components).
+    """
     z, tolerance = positions[mesh.cells, 0], 1e-9
     low, high = z.min(axis=1) - tolerance, z.max(axis=1) + tolerance
     there = np.any([(low <= plane[0, 0]) & (plane[0, 0] <= high) for plane in places], axis=0)
@@ -72,7 +82,7 @@ def _on_planes(mesh: SixNodeMesh, positions: Array, values: Array, places: Seque
 
 
 def _developed(steady: SteadySolver, nodes: Indices) -> Array:
-    """Velocity and what the liquid carries along in the flow without particles at nodes, (n, components)."""
+    """Velocity and transported fields of the flow without particles at given nodes, (n, components)."""
     points = steady.scene.liquid.six_node_mesh.points[nodes]
     if steady.scene.material.newtonian:
         return steady.scene.boundary_velocity(points)

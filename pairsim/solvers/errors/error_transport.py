@@ -1,19 +1,20 @@
-"""Discretisation error of a run in time, carried forward beside it from step to step.
+"""Discretisation error of a run in time, carried forward from step to step along with the solution.
 
-With x+ the solution recovered one degree higher, the defect R(x+; v) of a time step, tested with the discrete test
-functions v, is what the discrete equations get wrong. A second solution x_c of the same scheme, with past values of its
-own, meets the equations with the defect taken away:
+With x+ the solution x recovered one degree higher, the defect of a time step is R(x+; v), tested with the discrete test
+functions v. A second solution x_c of the same scheme, with a history of its own, satisfies the equations corrected by
+this defect,
 
     R(x_c + a; v) + dR(x; v)/d ln m = 0,    a = x+ - (its interpolant),
 
-so that x_c - x is the error that all steps so far have accumulated in positions and stresses, and what a goal of it
-differs by, such as dU, estimates the exact minus the discrete one at this time. (Error transport and defect correction:
-Stetter, Numer. Math. 29, 425, 1978; Yan, thesis, University of British Columbia, 2018.) Newton's method solves for it
-with the factors that the run has in hand; errors change little in a step, and one to three iterations suffice. The last
-term is what a sharp kink of the stress adds, in liquids with a yield stress alone.
+so that x_c - x is the error that all steps so far have accumulated in positions and stresses. The difference between a
+goal, such as dU, at x_c and at x estimates its exact minus its discrete value at this time. (Error transport and defect
+correction: Stetter, Numer. Math. 29, 425, 1978; Yan, thesis, University of British Columbia, 2018.) Newton's method
+solves for x_c with the factors of the run's time step; as errors change little in a step, one to three iterations
+suffice. The last term, in liquids with a yield stress only, is the effect of the rounding of the kink.
 
-Where a liquid without modes yields, the stresses at x and at x+ lie on two sides of the kink, and Newton's method with
-these factors diverges: there x_c is that of the linearised equation, one iteration from x itself.
+Where the viscosity law has a regularised yield stress, the stresses at x and at x+ may lie on different sides of the
+kink, and Newton's method with these factors diverges: there x_c is the solution of the linearised equation, from one
+iteration that starts at x.
 """
 
 from __future__ import annotations
@@ -41,11 +42,11 @@ from pairsim.solvers.solution import Solution
 from pairsim.solvers.stepping.history import ErrorHistory, History
 from pairsim.solvers.stepping.step_size import Scheme, extrapolation_weights
 
-# Part of the change of the error in a step that iterations with old factors may leave; chosen: with three times as much
-# the error of stresses lags behind.
+# Fraction of the change of the error in a step that iterations with lagged factors may leave; chosen: with three times
+# this value the error of the stresses lags behind.
 LAG_TOLERANCE = 0.15
-FIRST_ITERATIONS = 3  # where the error of the last step on this mesh is not known
-# Estimate of dU's error [U_av] above which it says nothing; chosen, far above any that was of use.
+FIRST_ITERATIONS = 3  # number of iterations where the error of the last step on this mesh is not known
+# Estimate of the error of dU [U_av] above which it is useless; chosen, far above any estimate that was of use.
 USELESS = 1.0
 
 
@@ -53,12 +54,13 @@ class ErrorTransport:
     """The error of a run in time.
 
     Args:
-        errors: ErrorHistory of the last steps of an earlier run to continue.
+        errors: Errors of the last steps, which are zero at a start.
 
     Attributes:
         errors: Estimated exact minus discrete values of the last steps.
-        irregular: Half-widths of goals in the last step by what its error does to a viscosity that depends on the shear
-            rate, beyond the first order, (k,) each; none in a Newtonian liquid and in one with a memory.
+        irregular: f sigma_s of goals in the last step, half-widths due to the effect of its error on a viscosity that
+            depends on the shear rate, beyond the first order, (k,) each; empty in a Newtonian liquid, in a liquid with
+            a memory, and for fewer than two particles.
     """
 
     def __init__(self, errors: ErrorHistory) -> None:
@@ -76,12 +78,12 @@ class ErrorTransport:
             past: Accepted values before the step.
             t: Time at its end [D_c/U_av].
             U_m: Velocity of the frame in the step.
-            solution: The solution.
-            observation: What is observed of it.
+            solution: The solution at the end of the step.
+            observation: Its observed quantities.
 
         Returns:
-            Estimates of exact minus discrete values of the goals `IN_TIME`, (k,) each; NaN if the iterations diverge,
-            after which the error cannot be carried further.
+            Estimates of exact minus discrete values of the goals `IN_TIME`, (k,) each; NaN if the iterations diverge or
+            the estimate is useless, after which the error cannot be carried any further.
         """
         scene, constraints, errors = newton.scene, newton.constraints, self.errors
         y, h, x = solution.y, solution.h, solution.x
@@ -100,7 +102,7 @@ class ErrorTransport:
         corrected, remeshed = y.copy(), not errors.y and bool(errors.changes)
         count = _iterations(newton.matrix.contraction) if errors.y else FIRST_ITERATIONS
         if scene.material.regularisation:
-            count = 1  # to first order: beyond a kink of the stress iterations diverge, and each guess with them
+            count = 1  # to first order, from x itself: beyond a kink of the stress further iterations diverge
         elif errors.y:
             corrected += self._guess(newton, scheme)
         for _ in range(count):
@@ -127,11 +129,11 @@ class ErrorTransport:
         return {goal: goal.combined(len(changes[goal.root])) @ changes[goal.root] for goal in IN_TIME}
 
     def _forget_imbalance(self, changes: Mapping[Goal, Array], dt: float, liquid: Liquid, *, remeshed: bool) -> None:
-        """Update `errors.imbalance`, the part of the changes of goals that a remeshing has caused and that is no error.
+        """Update `errors.imbalance`, the part of the changes of goals that stems from a remeshing and is not an error.
 
-        After a remeshing the stress of the run is balanced such that velocities are as they were; that of x_c is not.
-        The velocities that its imbalance drives, and their pressure, decay as solvent and elastic stress exchange their
-        loads, in a time xi De. Shapes do not change at once.
+        After a remeshing the stress of the run is balanced such that its velocities remain the same; that of x_c is
+        not. The velocities and pressures that are driven by the imbalance decay in a time xi De, while load is
+        transferred between solvent and elastic stress. Shapes do not change instantaneously, and have no such part.
         """
         errors, memory = self.errors, liquid.xi * liquid.longest
         left = math.exp(-dt / memory) if memory > 0 else 0.0
@@ -145,9 +147,10 @@ class ErrorTransport:
             }
 
     def _irregular(self, newton: Newton, solution: Solution) -> dict[Goal, Array]:
-        """f sigma_s of goals, the half-widths by the scatter of a viscosity as in quasi-steady solutions, (k,) each.
+        """f sigma_s of goals, half-widths due to the scatter of the viscosity as in quasi-steady solutions, (k,) each.
 
-        The adjoints are those of a time step: the effect of shapes that change is smaller by the order of Ca_e.
+        The adjoints are those of a single time step: the effect by way of changing shapes is smaller by a factor of the
+        order of Ca_e.
         """
         scene, constraints = newton.scene, newton.constraints
         if scene.material.has_memory or scene.material.newtonian or len(scene.bodies) < 2:
@@ -164,10 +167,10 @@ class ErrorTransport:
         return found
 
     def _guess(self, newton: Newton, scheme: Scheme) -> Array:
-        """First guess of the error: that of the last step, with velocities that keep the errors of all positions.
+        """First guess of the error, (n_y,): that of the last step, with velocities that keep the errors of positions.
 
-        Velocities that are extrapolated, or those of the last step, let the errors of elastic shapes oscillate and grow
-        where the factors are those of another step size.
+        With extrapolated velocities, or those of the last step, the errors of elastic shapes oscillate and grow where
+        the factors are those of another step size.
         """
         guess, errors = self.errors.y[0].copy(), self.errors
         entries = newton.constraints.M.tocoo()
@@ -192,10 +195,10 @@ def _combined(scheme: Scheme, values: list[Array]) -> Array:
 
 
 def _changes(solution: Solution, corrected: Solution, observation: Observation) -> dict[Goal, Array]:
-    """Differences of the goals of a corrected solution from those observed of the discrete one, (k,) each.
+    """Goals at a corrected solution minus those at the discrete one, (k,) each.
 
-    Those that are combined of others are not among them. What a better way to read a goal off the discrete solution
-    adds is a part of its error.
+    Goals that are combinations of others are left out. A correction by a better evaluation (`Goal.reading`) is part of
+    the difference.
     """
     y, h, x = corrected.y, corrected.h, corrected.x
     seen = observe(solution.scene, solution.constraints, y, h, x, observation.dp_without_particles)

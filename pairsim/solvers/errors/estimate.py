@@ -1,8 +1,8 @@
 """Discretisation error of a quasi-steady solution by the adjoint-weighted residual.
 
 For a functional J and the adjoint z of its linearisation, J(exact) - J(discrete) = -R(discrete; z - z_h) up to terms of
-second order in the error, for every discrete z_h (Becker & Rannacher, Acta Numerica 10, 1, 2001). In place of the exact
-z stands the discrete adjoint (`pairsim.solvers.errors.adjoints`), recovered one degree higher
+second order in the error, for every discrete z_h (Becker & Rannacher, Acta Numerica 10, 1, 2001). The exact z is
+replaced by z+, the discrete adjoint (`pairsim.solvers.errors.adjoints`) recovered one degree higher
 (`pairsim.fem.recovery.weighted_residual`). The formula of the half-width and its symbols are in
 docs/explanation/error-estimate.md.
 """
@@ -31,41 +31,44 @@ from pairsim.solvers.solution import Solution
 from pairsim.solvers.steady.linearisation import Linearisation
 from pairsim.solvers.steady.scene import SteadySolver
 
-# Factors of the scatter in a half-width. Determined on twelve solutions without a memory, and on 24 scenes at three
-# meshes each with the larger one of scatter and correction in place of their sum (docs/explanation/error-estimate.md).
+# Factors of the scatter in a half-width. The first was determined on twelve solutions in liquids without a memory, the
+# second on 24 scenes with three meshes each, when the larger one of scatter and correction counted in place of their
+# sum (docs/explanation/error-estimate.md).
 VISCOUS, ELASTIC = 3.0, 1.6
-# Error of what cancels between the parts of the estimate from the liquid and from soft particles, as a part of it.
-# Where spheres are far apart each part is a hundred times their sum. Determined on Newtonian curves of beta .4 (all of
-# 30 intervals hold), and checked on those of beta .2 and .6 (98 % of 51).
+# Relative error of that part of the estimate which cancels between liquid and soft particles. Where spheres are far
+# apart the contribution of each is a hundred times their sum. Determined on Newtonian curves of beta .4 (all of 30
+# intervals hold), and checked on those of beta .2 and .6 (98 % of 51).
 OF_CANCELLED = 0.015
-OF_ENDS = 2.0  # half-width of the effect of the ends over its estimate; chosen
-# Scatter over the magnitude of the estimate above which the estimate has no certain sign, and is not added; chosen.
+OF_ENDS = 2.0  # half-width for the effect of the ends, relative to its estimate; chosen
+# Ratio of the scatter to the magnitude of the estimate above which the sign of the estimate is not certain, and it is
+# not added; chosen.
 CANCELLING = 4.0
 
 
 @dataclass(frozen=True)
 class GoalEstimate:
-    """Signed estimates of exact minus discrete values of a goal, and the errors to quote; arrays have a value for each.
+    """Signed estimates of exact minus discrete values of a goal, and their errors; arrays are (k,) unless noted.
 
     Attributes:
         goal: The goal.
-        correction: The estimate delta: `change`, and what a better way to read the goal off the solution adds.
+        correction: The estimate delta: `change`, plus that of a better evaluation of the goal (`Goal.reading`).
         change: The part of delta that is the adjoint-weighted residual, -R(x_h; z+ - z_h).
-        spread: sigma_p, the change of delta by another recovery of the adjoint pressures.
-        cancelled: delta_c, what cancels in delta between the liquid and the particles.
-        scatter: sigma_s, the root-sum-square of the cell indicators, which are the cells' contributions to delta by the
-            constitutive equation. Where stress or adjoint are not resolved their signs are random, and delta is no
-            more than the remainder of a sum of this size. In a liquid without modes indicators are what errors do to
-            the viscosity beyond the first order (`pairsim.fem.recovery.viscosity_scatter`), 0 in a Newtonian one.
-        beyond: Other terms of the cells, which are not widened: |delta| where it counts but is not added, and a term of
-            second order.
+        spread: sigma_p, the change of delta when the adjoint pressures are recovered in another way.
+        cancelled: delta_c, the magnitude of the contributions of liquid and particles to delta that cancel.
+        scatter: sigma_s, the root-sum-square of the cell indicators, which are the cells' contributions to delta from
+            the constitutive equation. Where stress or adjoint are not resolved, the indicators have random signs, and
+            delta is no more than the remainder of a sum of this size. In a liquid without a memory the indicators are
+            instead the effect of errors on the viscosity beyond the first order
+            (`pairsim.fem.recovery.viscosity_scatter`); in a Newtonian liquid they are 0.
+        beyond: Other errors due to the cells, which are not widened: |delta| if it counts although it is not added, and
+            a term of second order.
         ends: epsilon_L, the effect of the ends of the tube on the goal.
         outside: epsilon_o, what the tube beyond the ends would add to the goal.
-        by_regularisation: First and second derivatives by the logarithm of a regularisation, (2, k).
-        newton: epsilon_N, what Newton's method has left, to first order, with its sign.
-        widening: omega, the factor of the cells' part of the half-width by how well they resolve the stress.
+        by_regularisation: First and second derivatives with respect to the logarithm of the regularisation, (2, k).
+        newton: epsilon_N, the signed error that Newton's method has left, to first order.
+        widening: omega, the factor of the cells' part of the half-width where cells do not resolve the stress.
         of_scatter: Factor f of the scatter in the half-width.
-        cells: The cell indicators; None unless they were asked for, and in a Newtonian liquid.
+        cells: The cell indicators; None if they were not asked for, and in a Newtonian liquid.
     """
 
     goal: Goal
@@ -85,31 +88,34 @@ class GoalEstimate:
 
     @property
     def half_width(self) -> Array:
-        """Half-width of the interval around the value, corrected if it is, that is meant to contain the exact one."""
+        """Half-width of the interval around the reported value that is meant to contain the exact one."""
         return self.by_cells + self.ends_error + self.regularisation_error + np.abs(self.newton) + self.goal.rounding
 
     @property
     def regular(self) -> Array:
-        """Error of the signed estimate where cells resolve stress and adjoint: |delta| + sigma_p + 0.015 delta_c."""
+        """Error of the estimate if cells resolve stress and adjoint: |`change`| + sigma_p + 0.015 delta_c.
+
+        It is at least the fraction `Goal.of_others` of the largest one of all values.
+        """
         left = np.abs(self.change) + np.abs(self.spread) + OF_CANCELLED * self.cancelled
         return np.maximum(left, self.goal.of_others * left.max(initial=0.0))
 
     @property
     def irregular(self) -> Array:
-        """Error of the estimate where they do not resolve them: f sigma_s."""
+        """Error of the estimate due to cells that do not resolve stress or adjoint: f sigma_s."""
         return self.of_scatter * self.scatter
 
     @property
     def by_cells(self) -> Array:
         """The cells' part of the half-width.
 
-        Both errors of the estimate are added, as they may have the same sign.
+        The regular and the irregular error are added, as they may have the same sign.
         """
         return self.widening * (self.regular + self.irregular) + self.beyond
 
     @property
     def by_all_cells(self) -> Array:
-        """The part of `by_cells` that the indicators of single cells do not explain, over the widening."""
+        """The part of `by_cells` that is not the scatter of cell indicators, divided by the widening."""
         return self.regular + self.beyond / self.widening
 
     @property
@@ -128,10 +134,10 @@ class ErrorEstimate(Mapping[Goal, GoalEstimate]):
     """The estimates of the errors of all goals at a solution.
 
     Attributes:
-        goals: Those of each goal, with empty arrays for those that a scene does not have.
-        trusted: Whether estimates are added, to any goal. In a liquid with a memory they are not where that of one dU
-            (or of one force, if there are forces) is no more than the remainder of contributions that cancel. In
-            others they always are, as the scatter is not that of the estimate there.
+        goals: The estimate of each goal, with empty arrays for goals without values in the scene.
+        trusted: Whether estimates may be added to the goals at all. In a liquid with a memory they may not if the
+            estimate of any dU (or of any force, if there are forces) is no more than the remainder of contributions
+            that cancel. In other liquids they always may, as the scatter there is not that of the estimate itself.
     """
 
     goals: Mapping[Goal, GoalEstimate]
@@ -147,7 +153,7 @@ class ErrorEstimate(Mapping[Goal, GoalEstimate]):
         return len(self.goals)
 
     def corrected(self, discrete: Observation) -> Observation:
-        """A solution's quantities with the estimates of their errors added, if they are trusted."""
+        """The observed quantities of a solution with the estimates of their errors added, if these are trusted."""
         if not self.trusted:
             return discrete
         added = {}
@@ -158,17 +164,23 @@ class ErrorEstimate(Mapping[Goal, GoalEstimate]):
         return replace(discrete, **added)
 
     def value(self, goal: Goal, solution: Solution, corrected: Observation) -> Array:
-        """The values of a goal at a solution, of which the corrected quantities are known, (k,)."""
+        """The values of a goal at a solution, (k,), with their correction where it is added.
+
+        Args:
+            goal: The goal.
+            solution: The discrete solution.
+            corrected: Its observed quantities, as returned by `corrected`.
+        """
         value = goal.value(solution, corrected)
-        own = goal.added and self.trusted and not goal.root.observed  # no quantity of an `Observation` has it
+        own = goal.added and self.trusted and not goal.root.observed  # the correction is not in `corrected` yet
         return np.asarray(value + self.goals[goal].correction if own else value)
 
 
 class ErrorEstimator:
-    """Estimates discretisation errors of quasi-steady solutions; keeps what further solutions on the same mesh share.
+    """Estimates discretisation errors of quasi-steady solutions; keeps compiled data for further solutions on a mesh.
 
     Args:
-        cells: Goals whose cell indicators are kept.
+        cells: Goals whose cell indicators are wanted.
     """
 
     def __init__(self, cells: Collection[Goal] = ()) -> None:
@@ -177,12 +189,12 @@ class ErrorEstimator:
         self._recovered: EnrichedScene[EnrichedUnknowns] | None = None
 
     def estimate(self, at: Linearisation, adjoints: Adjoints, discrete: Observation) -> ErrorEstimate:
-        """The estimates at a solution: one assembly of the enriched residual.
+        """The estimates at a solution, from one assembly of the enriched residual.
 
         Args:
             at: The solution.
             adjoints: Its adjoints.
-            discrete: Its quantities.
+            discrete: Its observed quantities, without corrections.
         """
         steady = at.steady
         scene, constraints = steady.scene, steady.constraints
@@ -227,7 +239,7 @@ class ErrorEstimator:
         return ErrorEstimate(found, trusted)
 
     def _second_order(self, steady: SteadySolver, adjoints: Adjoints, goal: Goal, x: Array, change: Array) -> Array:
-        """The term of second order in the half-widths of a goal, where it is known, (k,)."""
+        """The term of second order in the half-widths of a goal, (k,); zeros where it is not computed."""
         alone = len(steady.bodies) == 1 and steady.bodies[0].phase is not None
         if not (goal.second_order and alone and steady.problem.drive.free) or steady.scene.material.has_memory:
             return np.zeros(len(change))
@@ -236,9 +248,9 @@ class ErrorEstimator:
     def _of_recovered_solution(self, steady: SteadySolver, z: Array, x: Array) -> Array:
         """Estimates from the residual of the recovered solution, tested with the discrete adjoints, (k,).
 
-        They differ from those of the discrete solution, tested with the recovered adjoints, by twice the term of second
-        order that both lack. This term is not added, and counts twice in the half-width: once itself, once for the
-        error of its estimate. It is small except on squeezed cells of soft particles.
+        They differ from those of the discrete solution tested with the recovered adjoints by twice a term of second
+        order that both lack. This term is not added to values, and counts twice in the half-width: once for itself, and
+        once for the error of its estimate. It is small except on squeezed cells of soft particles.
 
         Args:
             steady: The solution.
@@ -254,7 +266,7 @@ class ErrorEstimator:
 
 
 def _cancels(estimates: Mapping[Goal, GoalEstimate]) -> bool:
-    """Whether the estimate of some value of the deciding goal is no more than the remainder of a sum that cancels."""
+    """Whether the estimate of any value of the deciding goal is no more than the remainder of a sum that cancels."""
     known = (estimates[goal] for goal in DECIDING if goal in estimates)
     deciding = next((each for each in known if each.change.size), None)
     return deciding is not None and bool((deciding.scatter > CANCELLING * np.abs(deciding.change)).any())
@@ -263,7 +275,7 @@ def _cancels(estimates: Mapping[Goal, GoalEstimate]) -> bool:
 def _indicators(
     enriched: EnrichedScene[EnrichedTests], tested: WeightedResidual, combined: Array
 ) -> CellIndicators | None:
-    """The cell indicators of combinations (k, K) of the functionals."""
+    """The cell indicators of combinations, (k, K), of the functionals; None in a Newtonian liquid."""
     if tested.stress_by_cell is None:
         return None
     reference, squares = enriched.scene.reference, (combined @ tested.stress_by_cell).T ** 2
@@ -272,16 +284,16 @@ def _indicators(
 
 
 def _cancelled(tested: WeightedResidual, combined: Array) -> Array:
-    """delta_c, what cancels between liquid and particles in combinations (k, K) of the functionals, (k,)."""
+    """delta_c, (k,), the part that cancels between liquid and particles in combinations, (k, K), of the functionals."""
     parts = np.array([tested.in_liquid, tested.sums - tested.in_liquid]) @ combined.T
     return np.asarray(np.abs(parts).sum(axis=0) - np.abs(parts.sum(axis=0)))
 
 
 def _flow_rate_defect(steady: SteadySolver, residual: Array) -> Array:
-    """Change of the residual when the velocity at prescribed ends is scaled to the flow rate that it should have.
+    """Change of the residual, (n_y,), when the velocity at prescribed ends is scaled such that its flow rate is exact.
 
-    The profile of a viscoelastic liquid at the ends is interpolated, which changes the flow rate by up to 4e-5 of
-    itself on coarse cells, and every velocity with it. No residual shows this.
+    The profile of a viscoelastic liquid at the ends is interpolated. On coarse cells this changes the flow rate by up
+    to 4e-5 of itself, and every velocity with it, which no residual shows.
     """
     scene = steady.scene
     if scene.periodic or scene.drive.flow == 0:

@@ -1,4 +1,4 @@
-"""The errors of goals to quote in a run, from its accepted steps: of dU, velocities, shapes and the pressure drop."""
+"""Half-widths of goals in a run, from its accepted steps: of dU, velocities, shapes and the pressure drop."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from pairsim.solvers.errors.time_error import LEAST, SET_IN, TimeError
 from pairsim.solvers.goals import IN_TIME, Goal, dU
 from pairsim.solvers.stepping.step_size import extrapolation_weights
 
-# Widening of intervals, read off 73 quasi-steady solutions and six runs: before it was there, errors were up to 1.4 and
-# 1.9 half-widths, outside the intervals; with it all are inside, and so are those of two further runs, which were not
+# Widening of intervals, determined on 73 quasi-steady solutions and six runs: without it errors were up to 1.4 and 1.9
+# half-widths; with it all of them are inside their intervals, and so are those of two further runs, which were not
 # used.
-RESOLVED = 1.1  # largest change of log c within a cell up to which half-widths are large enough without it
-# Power of that change over RESOLVED with which half-widths of quasi-steady solutions grow above it. With the power 1
-# one of twelve points was off by 1.51 half-widths, at a change of 2.4, and one of thirteen later ones by 1.04.
+RESOLVED = 1.1  # largest change of log c within a cell at which half-widths are large enough without widening
+# Power of the ratio of that change to RESOLVED in the widening of quasi-steady solutions. With the power 1 one of
+# twelve points was off by 1.51 half-widths, at a change of 2.4, and one of thirteen later ones by 1.04.
 OF_POINTS = 2
 OF_RUNS = 3  # the power for runs, whose estimate has no scatter
-KNOWN = 3  # accepted values from which a goal is extrapolated over a remeshing
-# Power of the distances with which errors of quasi-steady dU grow on given cells as particles come closer; measured.
+KNOWN = 3  # number of accepted values from which a goal is extrapolated over a remeshing
+# Power of the inverse distance with which errors of quasi-steady dU grow on given cells; measured.
 NARROWING = 2
 
 
 def widening(s_jump: float, power: int) -> float:
-    """Factor of the cells' part of an interval where cells do not resolve the stress of a polymer.
+    """Factor omega of the cells' part of a half-width, above 1 where cells do not resolve the stress of a polymer.
 
-    Estimates see only a part of what this does.
+    Estimates see only a part of the error of an unresolved stress.
 
     Args:
         s_jump: Largest change of log c within a cell; 0 in a Newtonian liquid.
@@ -40,7 +40,7 @@ def widening(s_jump: float, power: int) -> float:
 
 @dataclass
 class Interval:
-    """Half-width of the interval around the values of a goal that is meant to contain the exact ones.
+    """Half-width of the interval around the values of a goal in a run that is meant to contain the exact ones.
 
     With the symbols of "Runs" in docs/explanation/error-estimate.md it is
 
@@ -48,32 +48,33 @@ class Interval:
 
     and |delta| more where the estimate delta is not added to the values.
 
-    - |delta| is at least the part `of_others` of its largest value; delta_max, the largest |delta| so far (`largest`),
-      counts too, as the estimate has an error of its own, which does not vanish where the estimate changes its sign.
-      Estimates before SET_IN, in which soft shapes take up the stress that is missing, do not count in delta_max where
-      there is an epsilon_0.
-    - f sigma_s (`irregular`) is what errors do to the viscosity of a liquid without modes beyond the first order.
-    - epsilon_0 (`start`) is the error of the quasi-steady state of the first distances, where that is larger: estimates
-      are carried forward from zero at t = 0, and do not see the scatter of the cells. It does not decay, as the same
-      cells leave the same error in the states nearby that the run passes, where the estimates may be too small, and a
-      larger one as a gap narrows. From rest it sets in with the stress. It contains f sigma_s of the start.
-    - epsilon_t is the indicator of the error by the time steps.
-    - epsilon_r (`jumps`) is what remeshings have left, which no residual sees, as the stress is interpolated to another
-      mesh. The exact value is continuous in time, and so is the corrected one but for errors, since it depends little
-      on the mesh: its jump, against a parabola through its last values, counts as an error.
+    - |delta| of each value is at least the fraction `of_others` of the largest one. delta_max (`largest`) is the
+      largest |delta| so far, which decays; it counts because the error of the estimate itself does not vanish where the
+      estimate changes its sign. Estimates before SET_IN, while soft shapes take up missing stress, do not count in
+      delta_max if there is an epsilon_0, nor do those in the same time after a kink of the flow.
+    - f sigma_s (`irregular`) is the effect of errors on the viscosity of a liquid without a memory, beyond the first
+      order.
+    - epsilon_0 (`start`) is the error of the quasi-steady state at the first distances. It counts where it is larger,
+      since estimates are carried forward from zero at t = 0, and do not see the scatter of the cells. It does not
+      decay: on the same cells the states that the run passes have the same error, or a larger one as a gap narrows, and
+      their estimates may be too small. From rest it sets in with the stress. It contains f sigma_s of the start.
+    - epsilon_t is the indicator of the error due to the time steps.
+    - epsilon_r (`jumps`) is the error due to remeshings, at which the stress is interpolated to another mesh; no
+      residual shows it. The exact value is continuous in time, and the corrected one nearly so, since it depends little
+      on the mesh: its deviation from a parabola through the last values counts as an error.
 
     Attributes:
-        memory: Time in which the largest estimate and the jumps are forgotten [D_c/U_av].
+        memory: Time constant with which the largest estimate and the jumps decay [D_c/U_av].
         added: Whether the estimate is added to the values.
-        of_others: Least part of what counts in one value of what counts in another one.
-        start: Error of the discrete values in the quasi-steady state of the first distances, shape (k,); 0 where it is
-            not wanted.
-        setting_in: Time in which that state is reached [D_c/U_av]; 0 for a run that starts from it.
+        of_others: Lower bound on |delta| of one value, as a fraction of the largest one.
+        start: Error of the discrete values in the quasi-steady state at the first distances, shape (k,); 0 if it is not
+            known, or does not count.
+        setting_in: Time constant with which that state is reached [D_c/U_av]; 0 for a run that starts from it.
         mesh: Number of remeshings before the last step.
         times: Times of the last steps, newest first, at most KNOWN.
         values: Their corrected values, shape (k,) each.
-        largest: Largest |correction|, as far as it is remembered, shape (k,).
-        jumps: Sum of the jumps at remeshings, as far as they are remembered, shape (k,).
+        largest: delta_max with its decay, shape (k,).
+        jumps: Sum of the jumps at remeshings with their decay, shape (k,).
         begun: Time of the last kink or jump of the flow [D_c/U_av], after which estimates set in again.
     """
 
@@ -107,7 +108,7 @@ class Interval:
             mesh: Number of remeshings before the step.
             discrete: Values of the discrete solution, shape (k,).
             correction: Estimates of exact minus discrete values, shape (k,).
-            steps: epsilon_t, the largest indicator of the error by the time steps so far.
+            steps: epsilon_t, the largest indicator so far of the error due to the time steps.
             s_jump: Largest change of log c within a cell; 0 in a Newtonian liquid.
             closer: d_0/d_min, the largest factor by which a gap is narrower than at the start, at least 1.
             irregular: f sigma_s, shape (k,).
@@ -134,7 +135,7 @@ class Interval:
         return half_width if self.added else half_width + size
 
     def begin_again(self, t: float) -> None:
-        """Forget the last values, from which none is extrapolated over a jump of the flow at a time [D_c/U_av]."""
+        """Discard the last values at a kink or jump of the flow, time t [D_c/U_av]: none is extrapolated across it."""
         self.times, self.values, self.begun = self.times[:1], [], t
 
 
@@ -144,9 +145,9 @@ class GoalErrors:
 
     Attributes:
         steps: Indicator of the error due to the time steps.
-        interval: The interval to quote at each step, where the error of the cells is estimated.
-        irregular: What errors do to a viscosity beyond the first order; of a goal that the run integrates the sum of
-            what all steps have left of it, as far as it is remembered, shape (k,).
+        interval: The half-width at each step, where the error due to the cells is estimated.
+        irregular: f sigma_s of the last step, shape (k,); for a goal that the run integrates, the sum over all steps,
+            which decays.
         largest: Largest half-width after stresses have set in.
     """
 
@@ -157,7 +158,7 @@ class GoalErrors:
 
     @property
     def part(self) -> float:
-        """Largest half-width relative to the largest value; 0 where values are errors alone."""
+        """Largest half-width relative to the largest value; 0 where values consist of errors only."""
         return self.largest / self.steps.peak if self.steps.peak > LEAST else 0.0
 
 
@@ -166,8 +167,8 @@ class RunErrors:
     """The errors of the goals of a run up to its last step.
 
     Attributes:
-        goals: Those of each goal, by its name.
-        lost: Time from which half-widths are unknown, since their estimates diverged; infinite if they did not.
+        goals: The errors of each goal, by its name.
+        lost: Time from which half-widths are unknown because the estimates diverged; infinite if they did not.
     """
 
     goals: dict[str, GoalErrors]
@@ -175,7 +176,7 @@ class RunErrors:
 
     @classmethod
     def of(cls, liquid: Liquid) -> RunErrors:
-        """Errors of a run that has not begun; it forgets in a time of 1 + De (chosen), as liquid passes and relaxes."""
+        """Errors of a run that has not begun; they decay in a time of 1 + De (chosen), as liquid passes and relaxes."""
         order, memory = 2 if liquid.has_memory else 3, 1.0 + liquid.longest
         goals = {
             goal.name: GoalErrors(TimeError(order), Interval(memory, goal.added, goal.of_others)) for goal in IN_TIME
@@ -186,11 +187,11 @@ class RunErrors:
         return self.goals[goal.name]
 
     def begin(self, start: Mapping[str, Array], setting_in: float = 0.0) -> None:
-        """Take the errors in the quasi-steady state of the first distances.
+        """Set epsilon_0, the errors in the quasi-steady state at the first distances.
 
         Args:
-            start: Those of goals, by their names.
-            setting_in: Time in which that state is reached [D_c/U_av].
+            start: The errors of goals, by their names, (k,) each.
+            setting_in: Time constant with which that state is reached [D_c/U_av].
         """
         for name, error in start.items():
             interval = self.goals[name].interval
@@ -206,16 +207,17 @@ class RunErrors:
         closer: float = 1.0,
         irregular: Mapping[Goal, Array] | None = None,
     ) -> dict[Goal, Array]:
-        """The half-widths of goals after an accepted step, (k,) each; none where the errors are not estimated.
+        """The half-widths of goals after an accepted step, (k,) each; empty where errors are not estimated.
 
         Args:
             t: Time [D_c/U_av].
             mesh: Number of remeshings before the step.
-            discrete: Values of goals of the discrete solution, (k,) each.
-            corrections: Estimates of exact minus discrete values, (k,) each; NaN from where they diverge.
+            discrete: Values of goals at the discrete solution, (k,) each.
+            corrections: Estimates of exact minus discrete values, (k,) each, NaN once they have diverged; None if
+                errors are not estimated.
             s_jump: Largest change of log c within a cell; 0 in a Newtonian liquid.
-            closer: Largest factor by which a gap is narrower than at the start, at least 1.
-            irregular: What errors do to a viscosity beyond the first order in the step, (k,) each.
+            closer: d_0/d_min, the largest factor by which a gap is narrower than at the start, at least 1.
+            irregular: f sigma_s in the step, (k,) each; None for none.
         """
         found = dict[Goal, Array]()
         for goal, values in discrete.items():
@@ -236,7 +238,7 @@ class RunErrors:
         return found
 
     def begin_again(self, t: float) -> None:
-        """Forget values up to a time [D_c/U_av] after which goals may change abruptly, as steps begin again."""
+        """Discard values up to a time [D_c/U_av], after which goals may change abruptly and steps begin again."""
         for each in self.goals.values():
             each.steps.begin_again(t)
             each.interval.begin_again(t)
@@ -251,5 +253,5 @@ class RunErrors:
 
     @property
     def part(self) -> float:
-        """Largest half-width of dU over the largest |dU|; 0 where dU is error alone, as of equal rigid particles."""
+        """Largest half-width of dU over the largest |dU|; 0 where dU is mere error, as for equal rigid particles."""
         return self[dU].part
