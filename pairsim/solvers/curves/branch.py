@@ -1,4 +1,4 @@
-"""A branch of quasi-steady solutions: points at any parameters, with their errors, and zeros of dU."""
+"""A branch of quasi-steady solutions: points at arbitrary parameters, with their errors, and zeros of dU."""
 
 from __future__ import annotations
 
@@ -28,34 +28,35 @@ from pairsim.solvers.steady.linearisation import Linearisation
 from pairsim.solvers.steady.relaxation import relaxation_time
 from pairsim.solvers.steady.scene import Snapshot, SteadySolver
 
-# Factor by which a zero may lie outside the interval between two points of opposite sign; chosen.
+# Factor in distance by which a zero may lie outside the interval between two points of opposite sign; chosen.
 BESIDE = 1.05
-# Logarithm of the ratio of parameters between known solutions. Closer ones are not kept: a solution takes much memory,
-# and a known one is only needed where the present one is far away. Chosen.
+# Least distance between stored solutions, as the logarithm of a ratio of parameters. Closer ones are not stored: a
+# solution takes much memory, and is only needed where the present one is far away. Chosen.
 SPACING = 0.05
-ZERO_TOLERANCE = 0.1  # part of its half-width up to which dU counts as zero; chosen
-# Largest |dU| over its half-width, and largest step to the zero as a part of d, for which the slope of dU at a point is
-# enough to find the zero. Chosen.
+ZERO_TOLERANCE = 0.1  # fraction of its half-width up to which dU counts as zero; chosen
+# Largest |dU| over its half-width, and largest step to the zero relative to d, at which the zero is extrapolated from a
+# point with the slope of dU. Chosen.
 NEAR_ZERO, BESIDE_ZERO = 1.0, 0.02
-MOST_CORRECTIONS = 4  # solutions that are made to reach this tolerance; chosen
-NEWTON_PART = 0.1  # part of the half-width of a goal that Newton's method may leave, or it goes on; chosen
-MOST_STEPS = 6  # that it then takes; chosen
-# Part w of such a step that is taken. Where the stress of a power law of exponent n vanishes, a step multiplies an
+MOST_CORRECTIONS = 4  # largest number of solutions on the way to `ZERO_TOLERANCE`; chosen
+NEWTON_PART = 0.1  # fraction of a goal's half-width above which the error of Newton's method is reduced; chosen
+MOST_STEPS = 6  # largest number of further steps that this takes; chosen
+# Fraction w of such a step that is taken. Where the stress of a power law of exponent n vanishes, a step multiplies the
 # error by 1 - w/n, which alternates its sign if w is 1; elsewhere by 1 - w.
 SHORTER = 0.7
 
 
 class Branch:
-    """Solutions of one scene at any parameters, each continued from the nearest known solution.
+    """Solutions of one scene at arbitrary parameters, each continued from the nearest known solution.
 
     Args:
         solver: The solver at its first solution; `close` closes it.
-        sensitivities: Parameters with respect to which dU is differentiated, as of `sensitivities`.
-        goals: What is asked for.
-        by_particle: Whether velocities are differentiated by size and softness of each particle.
+        sensitivities: Names of parameters with respect to which dU is differentiated, as for the function
+            `sensitivities`.
+        goals: Quantities of interest.
+        by_particle: Whether velocities are differentiated with respect to diameter and Ca_e of each particle.
 
     Attributes:
-        goals: What is asked for.
+        goals: Quantities of interest.
         solver: The solver at the present solution.
     """
 
@@ -69,13 +70,13 @@ class Branch:
         self._by_particle = by_particle
         self.goals, self._sensitivities, self._estimator = goals, sensitivities, ErrorEstimator()
         self._zeros_wanted = any(goal.scale is Scale.DISTANCE for goal in goals)
-        self._at_zero = 0.0  # what is added to dU at the last zero, or expected to be at the next one
+        self._at_zero = 0.0  # correction of dU at the last zero, which is expected at the next one
         self.solver = solver
         self._known = [self.solver.snapshot]
         self._first: FirstOrder | None = None  # that of the last point
 
     def at(self, parameters: Parameters) -> Point | Ended:
-        """The solution at given parameters, or why the continuation did not reach them.
+        """The solution at given parameters, or the reason why the continuation did not reach them.
 
         Raises:
             NoSteadyState: The error there cannot be estimated, or the matrix is singular.
@@ -84,7 +85,7 @@ class Branch:
         return found if isinstance(found, Ended) else self.completed(found)
 
     def _begun_at(self, parameters: Parameters) -> Point | Ended:
-        """As `at`, with a point that is not complete."""
+        """As `at`, but the point is not complete unless the liquid has a yield stress."""
         before = self.solver.iterations
         self._nearest(parameters)
         if (ended := self._follow(parameters)) is not None:
@@ -94,10 +95,10 @@ class Branch:
         return self._read(before)
 
     def _follow(self, parameters: Parameters) -> Ended | None:
-        """Continue to other parameters; None where they are reached.
+        """Continue to other parameters; None if they are reached, otherwise the reason why not.
 
-        Where the branch of a single particle seems to end, finer cells on the particle are tried, too: they may have a
-        solution beyond that end, with which the branch then goes on.
+        Where the branch of a single particle seems to end, finer cells on the particle are tried: they may have a
+        solution beyond that end, from which the branch then continues.
         """
         ended = follow(self.solver, parameters)
         if ended is None or not ended.kind or parameters.gaps:
@@ -111,23 +112,23 @@ class Branch:
         return None
 
     def zero(self, left: float, right: float, guess: float) -> Point | None:
-        """The solution at a distance between two others at which dU vanishes, by Newton's method with the slope of dU.
+        """The solution at a distance between two others at which dU vanishes, by Newton's method in the distance.
 
-        Every iterate is solved on the mesh for its own distance. Two such meshes may each have their zero at the
-        distance of the other one: then it is the zero on the last mesh.
+        Every iterate is solved on the mesh for its own distance. If two such meshes each have their zero at the
+        distance of the other one, the zero on the last mesh is returned.
 
         Args:
-            left: Smaller distance.
-            right: Larger distance.
-            guess: First guess of the zero.
+            left: Smaller distance [D_c].
+            right: Larger distance [D_c].
+            guess: First guess of the zero [D_c].
 
         Returns:
-            The zero. If distances of zeros are a goal it is a complete point; otherwise it is not complete, and may lie
-            beside the zero, so near that the slope of dU is enough to find it. None if no zero was found; the previous
-            solution is then restored.
+            The zero. If distances of zeros are a goal, it is a complete point. Otherwise it is not complete, and may be
+            a point beside the zero, but so near that the zero can be extrapolated with the slope of dU. None if no zero
+            was found; the previous solution is then restored.
 
         Raises:
-            NoSteadyState, MeshFailure: As of `at`, with the previous solution restored.
+            NoSteadyState, MeshFailure: As for `at`; the previous solution is restored.
         """
         solver, old = self.solver, self.solver.snapshot
         before, parameters, d = solver.iterations, solver.parameters, guess
@@ -145,7 +146,7 @@ class Branch:
                 d += step
                 if not left / BESIDE < d < right * BESIDE:
                     break
-            else:  # meshes made for two distances may each have their zero at the other one
+            else:  # meshes for two distances may each have their zero at the distance of the other mesh
                 self._at_zero = float(point.correction[0])
                 on_mesh = self.zero_on(parameters.with_gap, point.d, solver.y, settled=False)
                 if on_mesh is not None and left / BESIDE < on_mesh.d < right * BESIDE:
@@ -157,12 +158,12 @@ class Branch:
         return None
 
     def _zero_of(self, point: Point, iterations_before: int) -> Point:
-        """The present point as a zero, with all Newton iterations since then."""
+        """The present point as a zero, with the number of Newton iterations since there were `iterations_before`."""
         found = self.completed(point) if self._zeros_wanted else point
         return replace(found, newton=self.solver.iterations - iterations_before)
 
     def improved(self, zero: Point) -> Point:
-        """The present zero on a mesh that keeps its error small; without adaptation the zero itself."""
+        """The present zero on a mesh on which its error is small enough; without adaptation, the zero itself."""
         return zero
 
     def zero_on(self, along: Callable[[float], Parameters], tau: float, y: Array, *, settled: bool) -> Point | None:
@@ -173,7 +174,7 @@ class Branch:
             tau: First guess of tau.
             y: First guess of the unknowns, on the present mesh of the scene, shape (n_y,).
             settled: Whether to solve again on the mesh for the distance of the zero, so that the result does not depend
-                on the previous solutions.
+                on earlier solutions.
         """
         solver = self.solver
         before, place, point = solver.iterations, tau, None
@@ -190,9 +191,12 @@ class Branch:
         return None if point is None else self.completed(point)
 
     def _settled(self, along: Callable[[float], Parameters], tau: float) -> float | None:
-        """Solve for a zero again on the mesh for its distance, until the zero does not change the mesh.
+        """Solve for a zero again on the mesh for its distance, until the mesh does not change any more.
 
-        If two meshes lead alternately to the distance of the other one, the mesh for the smaller distance is used.
+        If each of two meshes has its zero at the distance of the other one, the mesh for the smaller distance is used.
+
+        Returns:
+            The coordinate tau of the zero; None if it was not found.
         """
         solver, found = self.solver, tau
         made: set[tuple[float, ...]] = set()
@@ -214,19 +218,19 @@ class Branch:
         self.solver.recall(snapshot)
 
     def return_to(self, zero: Point, snapshot: Snapshot) -> None:
-        """Restore a stored zero; the next one is expected to have the same correction of dU."""
+        """Restore a stored zero; the correction of dU at the next zero is expected to be the same."""
         self.recall(snapshot)
         self._at_zero = float(zero.correction[0])
 
     def _nearest(self, parameters: Parameters) -> None:
-        """Restore the known solution nearest to given parameters if it is nearer than the present one."""
+        """Restore the stored solution nearest to given parameters if it is much nearer than the present one."""
         margin = float(np.log(GAP_RATIO))
         nearest = min(self._known, key=lambda snapshot: _apart(snapshot.parameters, parameters))
         if _apart(self.solver.parameters, parameters) > margin + _apart(nearest.parameters, parameters):
             self.solver.recall(nearest)
 
     def _read(self, iterations_before: int) -> Point:
-        """The present solution as a point that is not complete."""
+        """The present solution as a point, which is not complete unless the liquid has a yield stress."""
         solver = self.solver
         at, adjoints, discrete, estimate = self._estimated()
         most = {goal: _allowed_to_newton(estimate[goal]) for goal in self.goals}
@@ -262,11 +266,11 @@ class Branch:
             liquid_distortion(solver.scene, solver.state()[1]),
             complete=False,
         )
-        # Whether unyielded liquid holds particles decides what is computed next, and asks for another solution.
+        # Whether unyielded liquid holds the particles together affects what is computed next, and takes another solve.
         return self.completed(point) if solver.parameters.liquid.plastic.yield_stress else point
 
     def completed(self, point: Point) -> Point:
-        """A complete point, of one that is complete already or is the last one of this branch."""
+        """The complete point; `point` must be complete already, or be the last one of this branch."""
         if point.complete:
             return point
         first, solver, errors = self._first, self.solver, point.estimate[dU].half_width
@@ -294,7 +298,7 @@ class Branch:
         return {goal: estimate.value(goal, solution, observation) for goal in self.goals}
 
     def _estimated(self) -> tuple[Linearisation, Adjoints, Observation, ErrorEstimate]:
-        """The present solution after a step with the matrix there: its adjoints, quantities and their errors."""
+        """The present solution after a step with the exact matrix, with its adjoints, quantities and their errors."""
         at = self.solver.linearise()
         adjoints, discrete = Adjoints.of(at, self.goals), self.solver.observe()
         return at, adjoints, discrete, self._estimator.estimate(at, adjoints, discrete)
@@ -310,6 +314,6 @@ def _allowed_to_newton(estimate: GoalEstimate) -> Array:
 
 
 def _apart(a: Parameters, b: Parameters) -> float:
-    """Distance between two sets of parameters: logarithm of the largest ratio of a parameter."""
+    """Distance between two sets of parameters: the logarithm of the largest ratio of a distance, a Ca_e or De."""
     pairs = [*zip(a.gaps, b.gaps, strict=True), *zip(a.Ca_es, b.Ca_es, strict=True), (a.De, b.De)]
     return max((abs(float(np.log(x / y))) for x, y in pairs if x and y), default=0.0)

@@ -18,17 +18,17 @@ from pairsim.solvers.steady.ends import Ended
 # All constants were chosen.
 SCAN_POINTS = 9  # of the curve dU(d) that is searched for zeros
 SCAN_TOL = 0.02  # its tolerance relative to the largest |dU|
-# Relative difference of distances below which two zeros with slopes of the same sign are taken to be one zero, found on
-# two meshes: between two different zeros of the same slope there is one of the opposite slope.
+# Relative difference of distances below which two zeros with slopes of the same sign are taken to be one zero that was
+# found on two meshes: between two different zeros with slopes of one sign there is one with the opposite sign.
 SAME = 0.1
 
 type Finding = Point | Critical | Missed | EndOfLine | Ended
-"""Results of a search for critical distances: a `Point` belongs to a curve that is searched for zeros, an `Ended` is
-the last one, and says why there are no more."""
+"""Results of a search for critical distances. A `Point` belongs to a curve that is searched for zeros; an `Ended` is
+the last result, and gives the reason why there are no more."""
 
 
 type Helpers = Others[Distances, Point | Ended]
-"""Other processes that solve for points of a curve that is searched."""
+"""Other processes that solve for points of a curve that is searched for zeros."""
 
 
 def search(
@@ -46,7 +46,7 @@ def search(
         Every point of the curve.
 
     Returns:
-        The zeros in ascending d, or why a continuation has ended.
+        The zeros in ascending d, or the reason why a continuation has stopped.
 
     Raises:
         RunFailure: The curve could not be computed.
@@ -67,7 +67,7 @@ def search(
 
 
 def find_all(branch: Branch, least: float, most: float, others: Helpers = NOBODY) -> Iterator[Finding]:
-    """All critical distances between two distances at the present parameters; for the arguments see `search`.
+    """Find all critical distances between two distances at the present parameters; arguments as for `search`.
 
     Raises:
         RunFailure: The curve that is searched for zeros could not be computed.
@@ -88,7 +88,7 @@ def follow_all(
     Args:
         branch: The branch, at the first value of the parameter and the largest distance.
         region: Range of parameter and distance.
-        others_at: Other processes, which solve for some points of the curve at a value of the parameter.
+        others_at: Returns the other processes that solve for some points of the curve at a value of the parameter.
 
     Raises:
         RunFailure: A curve that is searched for zeros could not be computed.
@@ -123,7 +123,7 @@ def follow_all(
 
 
 def same_zero(a: Point, b: Point) -> bool:
-    """Whether two points are the same zero of dU, found on different meshes."""
+    """Whether two points are the same zero of dU, possibly found on different meshes."""
     p, q = a.parameters, b.parameters
     return (
         abs(a.d / b.d - 1) < SAME

@@ -20,7 +20,7 @@ from pairsim.solvers.steady.scene import Snapshot
 
 # All constants were chosen.
 HALVINGS = 5  # bisections of an interval with a change of sign in which Newton's method finds no zero
-CLOSE = 0.1  # difference of log d below which no point is added between two others: it would show meshes, not dU
+CLOSE = 0.1  # difference of log d below which no point is added between two others: differences of meshes would show
 
 type Distances = tuple[float, ...]
 """Distances of a point [D_c], N-1 values."""
@@ -31,9 +31,9 @@ class Zero:
     """A distance at which dU vanishes.
 
     Attributes:
-        point: A point at it or beside it, whose dU vanishes within its interval.
-        snapshot: The solution there.
-        d: The distance.
+        point: A point at the zero or close to it.
+        snapshot: The solution at this point.
+        d: The distance of the zero [D_c].
     """
 
     point: Point
@@ -46,11 +46,11 @@ class Equilibrium:
     """An equilibrium distance, at which both particles have the same velocity.
 
     Attributes:
-        d: The distance.
-        slope: d(dU)/dd there; negative is stable.
-        peak: Largest |dU| between this zero and the next one or the end, over that of the whole curve.
-        d_error: Half-width of the interval of d.
-        certain: Whether |dU| exceeds its half-width somewhere between this zero and the next ones, on both sides.
+        d: The distance [D_c].
+        slope: d(dU)/dd there; negative for a stable equilibrium.
+        peak: Largest |dU| between this zero and the next larger one, or the last point, over that of the whole curve.
+        d_error: Half-width of the interval of d [D_c].
+        certain: Whether |dU| exceeds its half-width somewhere on both sides, between this zero and the next ones.
     """
 
     d: float
@@ -66,7 +66,7 @@ class Equilibrium:
 
 
 def interpolants(points: Sequence[Point]) -> list[CurveInterpolant]:
-    """dU of every gap as a function of d, from at least two points in ascending d."""
+    """dU of each gap as a function of d, from at least two points in ascending d."""
     d = np.array([p.d for p in points])
     columns = [
         np.array(values).T
@@ -78,7 +78,8 @@ def interpolants(points: Sequence[Point]) -> list[CurveInterpolant]:
 def _unresolved(points: list[Point], tol: float) -> list[tuple[Point, Point]]:
     """Neighbouring points between which a point should be added.
 
-    The half-width between them exceeds both `tol` times the largest |dU| and twice that at the points, for some gap.
+    The half-width between them exceeds both `tol` times the largest |dU| and twice the half-width at the points, for
+    some gap.
     """
     if len(points) < 2:
         return []
@@ -101,23 +102,23 @@ def trace(
     others: Others[Distances, Point | Ended] = NOBODY,
     early: EarlyZeros | None = None,
 ) -> Iterator[tuple[Point, bool] | Ended]:
-    """Compute a curve at given distances, and add others if all gaps of each point are equal, or one alone varies.
+    """Compute a curve at given distances, and add others if all gaps of each point are equal, or a single one varies.
 
-    Points are added until no neighbours are more than a factor `WIDEST` apart, and the interval of dU between them is
-    narrow enough, or no more than twice as wide as that at the points. Where they are added follows from the points of
-    all processes.
+    Points are added until no neighbours are more than a factor `WIDEST` apart, and the half-width of dU between them is
+    small enough, or no more than twice that at the points. The places of added points follow from the points of all
+    processes.
 
     Args:
         branch: The branch, at any solution.
         places: Requested distances of each point, in the order in which they are solved; ascending or descending if all
-            gaps of each point are equal, or one alone varies.
+            gaps of each point are equal, or a single one varies.
         tol: Half-width of dU between the points, relative to the largest |dU|.
         max_points: Largest number of points, unless more are requested.
         others: Other processes, which solve for some of the points.
-        early: Takes the zeros that are found while other processes are at work; None: none are looked for.
+        early: Collects zeros that are found while other processes are at work; None to look for none.
 
     Yields:
-        Every point as it is computed, and whether it was requested; at last why a continuation has ended, if one has.
+        Every point as it is computed, and whether it was requested; at last, if a continuation has stopped, the reason.
 
     Raises:
         RunFailure: A point could not be computed.
@@ -161,15 +162,15 @@ def trace(
 def find_zeros(branch: Branch, points: list[Point], known: Sequence[Zero] = ()) -> Iterator[Zero | Ended]:
     """Find a zero wherever dU changes its sign between two neighbouring points of a curve, in ascending d.
 
-    Where the signs of both points are uncertain there may be none.
+    There may be none where the signs of both points are uncertain.
 
     Args:
         branch: The branch, at any solution.
         points: Points in ascending d.
-        known: Zeros that were found before, of `EarlyZeros`.
+        known: Zeros that were found before, such as `EarlyZeros`.
 
     Yields:
-        The zeros; at last why a continuation has ended, if one has.
+        The zeros; at last, if a continuation has stopped, the reason.
     """
     for a, b in pairwise(points):
         if _changes_sign(a, b):
@@ -181,18 +182,18 @@ def find_zeros(branch: Branch, points: list[Point], known: Sequence[Zero] = ()) 
 
 
 class EarlyZeros(list[Zero]):
-    """Zeros that are found before all points of a curve are known, each between two points without others to come."""
+    """Zeros found before all points of a curve are known, each between two points that will stay neighbours."""
 
     def __init__(self) -> None:
         self._searched = set[tuple[float, float]]()
 
     def search(self, branch: Branch, points: Sequence[Point], missing: Sequence[float]) -> bool:
-        """Look for a zero; returns whether there were two points between which one could be looked for.
+        """Look for one zero; returns whether there were two points between which to look.
 
         Args:
             branch: The branch, at any solution.
             points: Points so far.
-            missing: Distances of those that are still to come [D_c].
+            missing: Distances of points that are still to come [D_c].
         """
         for a, b in pairwise(sorted(points, key=lambda point: point.d)):
             new = (a.d, b.d) not in self._searched and not any(a.d < d < b.d for d in missing)
@@ -212,9 +213,9 @@ def _changes_sign(a: Point, b: Point) -> bool:
 def _zero_between(branch: Branch, a: Point, b: Point) -> Zero | Ended | None:
     """The zero between two points at which dU has different signs.
 
-    Newton's method finds none where dU jumps between two meshes, or where the slope of dU is rounding error. The zero
-    is then that point whose interval of dU contains 0, or comes nearest to it; None where the intervals of both points
-    contain 0.
+    Newton's method finds none where dU jumps between two meshes, or where the slope of dU is mere rounding error. The
+    zero is then taken at the point whose interval of dU contains 0 or comes nearest to it. It is None where the
+    intervals of both points contain 0.
     """
     secant = (b.dU - a.dU) / (b.d - a.d)
     for _ in range(HALVINGS):

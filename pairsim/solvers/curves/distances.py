@@ -1,4 +1,4 @@
-"""The distances of a curve. Without numpy, whose import would delay the estimate of what a case costs."""
+"""The distances of a curve. This module does not import numpy, which would delay the estimate of a case's cost."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import math
 from collections.abc import Sequence
 from itertools import pairwise
 
-# Ratio of neighbouring distances above which nothing is said about what lies between them; measured: with 2.0, curves
-# over a factor of 25 to 40 took a quarter more time, as all intervals were halved.
+# Largest ratio of neighbouring distances between which the curve is taken as known. Measured: with 2.0, curves over a
+# factor of 25 to 40 in distance took a quarter more time, as all intervals were halved.
 WIDEST = 1.8
 
 
@@ -15,8 +15,11 @@ def between(places: Sequence[tuple[float, ...]], max_points: int) -> list[tuple[
     """Distances of a curve, with others added where neighbours are more than a factor `WIDEST` apart.
 
     Args:
-        places: Distances of each point, of which all or one vary along the curve, ascending or descending.
+        places: Distances of each point [D_c], ascending or descending; all of them vary along the curve, or one.
         max_points: Largest number of points, unless there are more places.
+
+    Returns:
+        All places, in the order of `places`.
     """
     filled, room = list(places[:1]), max(max_points - len(places), 0)
     for a, b in pairwise(places):

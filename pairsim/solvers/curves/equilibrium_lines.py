@@ -1,7 +1,7 @@
-"""Lines of zeros of dU(d) over a parameter, by pseudo-arclength continuation through folds.
+"""Lines of zeros of dU(d) as a parameter varies, by pseudo-arclength continuation through folds.
 
 In the plane of log d and the logarithm of the parameter, dU = 0 is a curve. The predictor follows its tangent; the
-corrector moves at right angles to it, and the zero on this line is solved for together with the scene.
+corrector moves at right angles to the tangent, and the zero on this line is solved for together with the scene.
 """
 
 from __future__ import annotations
@@ -38,10 +38,10 @@ MOST_STEPS = 400  # on one line of zeros; chosen
 
 @dataclass(frozen=True)
 class Followed:
-    """What zeros are followed over: a positive number on which liquid and solids depend.
+    """The parameter over which zeros are followed: a positive number on which liquid and solids depend.
 
     Attributes:
-        materials: The liquid and the solids of the particles at a value.
+        materials: Returns the liquid and the particles' solids at a value of the parameter.
     """
 
     materials: Callable[[float], tuple[Liquid, tuple[Solid | None, ...]]]
@@ -57,7 +57,7 @@ class Region:
     """Range of parameter and distance in which critical distances are computed.
 
     Attributes:
-        parameter: What is followed.
+        parameter: The parameter that varies.
         values: Values of the parameter at which critical distances are requested, ascending.
         least: Smallest distance [D_c].
         most: Largest distance [D_c].
@@ -94,8 +94,8 @@ class EndOfLine:
 
     Attributes:
         branch: Number of the line.
-        reason: "range": last value of the parameter passed; "edge": as for `Critical`; "met": it has come to another
-            line, which was lost; "lost": no further zero was found.
+        reason: "range": the last requested value of the parameter is passed; "edge": as for `Critical`; "met": it has
+            reached a zero of a line that was followed before; "lost": no further zero was found.
         message: Description for log and results.
     """
 
@@ -106,7 +106,7 @@ class EndOfLine:
 
 @dataclass(frozen=True)
 class Missed:
-    """A critical distance that exists but was not found; the message is for log and results."""
+    """A critical distance that must exist but was not found; the message is for log and results."""
 
     message: Message
 
@@ -153,7 +153,7 @@ class Follower:
         return np.log([parameters.gaps[0], parameters.followed])
 
     def _pose(self, onwards: Array) -> _Pose:
-        """The present zero, with the tangent oriented such that its product with `onwards` is not negative."""
+        """The present zero, with the tangent oriented along `onwards`, shape (2,): their product is not negative."""
         scene = self.branch.solver
         at, here = scene.linearise(), self._here()
         rows = np.array([at.tangent(self._line(here, direction)) for direction in np.eye(2)])
@@ -162,7 +162,7 @@ class Follower:
         return _Pose(here, -tangent if tangent @ onwards < 0 else tangent, rows, self.branch.solver.snapshot)
 
     def follow(self, number: int, start: Zero, forward: float) -> Iterator[Critical | Missed | EndOfLine]:
-        """Follow one zero until it leaves the range of parameter or distance.
+        """Follow one zero until it leaves the range of the parameter or of the distance.
 
         Args:
             number: Number of this line of zeros.
@@ -170,7 +170,7 @@ class Follower:
             forward: 1 towards larger values of the parameter, -1 towards smaller ones.
 
         Yields:
-            Critical distances, those that were missed, and the end of the line as last item.
+            Critical distances, those that were missed, and at last the end of the line.
 
         Raises:
             NoSteadyState: The matrix is singular at a zero.
@@ -244,9 +244,10 @@ class Follower:
                 return EndOfLine(number, "lost", message)
 
     def _landed(self, here: Array, change: Array, before: Snapshot) -> Point | None:
-        """The critical distance at the first requested value that a step from `here` has passed; None without one.
+        """The critical distance at the first requested value that a step from `here` has passed; None if there is none.
 
-        Where the distance changes much faster than the parameter, steps are not made to end at requested values.
+        It is needed where the distance changes much faster than the parameter, as steps do not end at requested values
+        there.
         """
         there, onwards = self._here(), self.branch.solver.snapshot
         passed = self.values[(self.values - here[1]) * (there[1] - self.values) > 0]
@@ -267,7 +268,7 @@ class Follower:
         """Critical distances between two points on opposite sides of a fold, in the order of the line.
 
         These are the fold itself, at which two zeros meet, and the zeros at requested values between the points and the
-        fold, each of which the line passes twice.
+        fold: the line passes each of these values twice.
         """
         length, sign = float(np.linalg.norm(after.here - before.here)), np.sign(before.tangent[1])
         way = scipy.interpolate.CubicHermiteSpline(
@@ -307,7 +308,7 @@ class Follower:
         return float(change @ scene.velocity_row() / np.exp(here[1]))
 
     def _beside(self, start: _Pose, at: Array, kind: Kind, most: float) -> Point | None:
-        """The zero near `at`, found from the zero `start`; None if none is found within the distance `most` of `at`."""
+        """The zero near `at`, found from the zero `start`; None if none is found within a distance `most` from `at`."""
         point = self._from(start.snapshot, (at - start.here) @ start.rows, at, kind)
         return point if point is not None and np.linalg.norm(self._here() - at) < max(most, 0.02) else None
 

@@ -13,9 +13,9 @@ from pairsim.runtime.arrays import Array
 from pairsim.solvers.curves.distances import WIDEST
 
 ORDER = 2.5  # power of its width in log d with which the error of an interval falls; 4 for smooth curves. Measured
-NEGLIGIBLE_DU = 1e-10  # |dU| that counts as zero [U_av]; of equal rigid spheres, up to 5e-15 was measured
-FINE = 64  # parts of an interval on which extrema and signs are looked for; chosen
-HALVINGS = 50  # of such a part, for a zero to rounding
+NEGLIGIBLE_DU = 1e-10  # |dU| up to which it counts as zero [U_av]; up to 5e-15 was measured for equal rigid spheres
+FINE = 64  # number of parts of an interval in the search for extrema and signs; chosen
+HALVINGS = 50  # bisections of such a part, which find a zero to rounding error
 
 
 @dataclass(frozen=True)
@@ -23,10 +23,10 @@ class Peak:
     """The largest |dU| of a curve.
 
     Attributes:
-        d: Distance at which it is.
-        dU: Value there.
-        error: Half-width of the interval of the largest |dU|.
-        d_error: Half-width of the interval of its place, which contains all distances at which |dU| may be as large.
+        d: Its distance [D_c].
+        dU: dU there [U_av].
+        error: Half-width of the interval of the largest |dU| [U_av].
+        d_error: Half-width of the interval around d that contains all distances at which |dU| may be largest [D_c].
     """
 
     d: float
@@ -37,12 +37,12 @@ class Peak:
 
 @dataclass(frozen=True)
 class Region:
-    """A range of distances in which the sign of dU is the same or not known.
+    """A range of distances in which dU has one sign, or a sign that is not known.
 
     Attributes:
-        start: Smallest distance.
-        stop: Largest distance.
-        sign: 1 where the pair separates, -1 where it comes closer, 0 where the interval of dU holds both signs.
+        start: Smallest distance [D_c].
+        stop: Largest distance [D_c].
+        sign: 1 where the pair separates, -1 where it comes closer, 0 where the interval of dU contains 0.
     """
 
     start: float
@@ -51,26 +51,26 @@ class Region:
 
 
 class CurveInterpolant:
-    """Cubic Hermite interpolant of one dU in log d, with an interval that holds between the points as well.
+    """Cubic Hermite interpolant of one dU in log d, with half-widths between the points as well.
 
-    The slope of the discrete dU at held distances is exact. That of the rest of dU, which motion and the estimate of
-    the error add, is the slope of a parabola through neighbouring points.
+    The slope of the discrete dU at held distances is exact. That of the rest of dU, due to motion and error estimates,
+    is the slope of parabolas through neighbouring points.
 
-    The interpolation error is judged by leaving points out: by how much an interpolant through all other points differs
-    from this one between the two neighbours of the point that is left out. This difference is scaled by the power
-    `ORDER` from the distance of these neighbours to the width of an interval, and the largest one counts of the four
-    points that are nearest to the interval, two on each side.
+    The interpolation error is judged by leaving points out: it is the difference between this interpolant and that
+    through all other points, between the two neighbours of the point that is left out. This difference is scaled from
+    the distance of these neighbours in log d to the width of an interval, with the power `ORDER`; the largest one
+    counts of the four points that are nearest to the interval, two on each side.
 
     Args:
-        d: Distances, ascending, shape (n,), n >= 2.
-        dU: Relative velocities, shape (n,).
-        discrete: Discrete relative velocities with the distance held, shape (n,).
-        slope: Derivatives of `discrete` by d, shape (n,).
-        dU_error: Half-widths of the intervals of `dU` at the points, shape (n,).
+        d: Distances, ascending [D_c], shape (n,), n >= 2.
+        dU: Relative velocities [U_av], shape (n,).
+        discrete: Discrete relative velocities at held distances, without corrections [U_av], shape (n,).
+        slope: Derivatives of `discrete` with respect to d, shape (n,).
+        dU_error: Half-widths of the intervals of `dU` at the points [U_av], shape (n,).
 
     Attributes:
-        d: Distances of the points, shape (n,).
-        dU_error: Half-widths of the intervals at the points, shape (n,).
+        d: Distances of the points [D_c], shape (n,).
+        dU_error: Half-widths of the intervals at the points [U_av], shape (n,).
     """
 
     def __init__(self, d: Array, dU: Array, discrete: Array, slope: Array, dU_error: Array) -> None:
@@ -81,12 +81,12 @@ class CurveInterpolant:
 
     @staticmethod
     def _through(x: Array, dU: Array, discrete: Array, slope: Array) -> Callable[[Array | float], Array]:
-        """The interpolant, with `slope` the derivatives of `discrete` by x."""
+        """The interpolant over x = log d, where `slope` has the derivatives of `discrete` with respect to x."""
         return hermite(x, dU, slope + slopes_of(dU - discrete, x))
 
     @cached_property
     def errors(self) -> Array:
-        """Largest interpolation error between each two neighbours, shape (n-1,); infinite if n = 2."""
+        """Largest interpolation error in each interval between neighbours [U_av], shape (n-1,); infinite if n = 2."""
         x, n = self._x, len(self._x)
         if n == 2:
             return np.array([np.inf])
@@ -100,11 +100,11 @@ class CurveInterpolant:
         return np.asarray(near.max(axis=1) * np.diff(x) ** ORDER)
 
     def values(self, d: Array | float) -> Array:
-        """dU at distances between the first and the last one, of the shape of `d`."""
+        """dU [U_av] at distances between the first and the last one [D_c], of the shape of `d`."""
         return np.asarray(self._curve(np.log(d)))
 
     def half_widths(self, d: Array | float) -> Array:
-        """Half-widths of the intervals of `values`, of the shape of `d`."""
+        """Half-widths of the intervals of `values` [U_av], of the shape of `d`."""
         x = np.log(d)
         left = np.clip(np.searchsorted(self._x, x, side="right") - 1, 0, len(self._x) - 2)
         part = (x - self._x[left]) / (self._x[left + 1] - self._x[left])
@@ -114,7 +114,7 @@ class CurveInterpolant:
 
     @cached_property
     def samples(self) -> tuple[Array, Array, Array]:
-        """Distances close enough to see all extrema and signs, with values and half-widths there, (m,) each."""
+        """Distances dense enough to show all extrema and signs, with values and half-widths there, (m,) each."""
         d = np.concatenate([*(np.geomspace(a, b, FINE, endpoint=False) for a, b in pairwise(self.d)), self.d[-1:]])
         return d, self.values(d), self.half_widths(d)
 
@@ -147,13 +147,13 @@ class CurveInterpolant:
         return Peak(float(d[top]), float(dU[top]), error, float(max(places[-1] - d[top], d[top] - places[0])))
 
     def regions(self, zeros: Sequence[float] = ()) -> list[Region]:
-        """Ranges in which dU is positive, negative, or not known to be either, in ascending distance.
+        """Ranges in which dU is positive, negative, or of unknown sign, in ascending distance.
 
-        Two regions of opposite signs meet at a zero, unless the distances between them at which the sign is not known
-        are more than a factor `WIDEST` apart.
+        Two regions of opposite signs meet at a zero, unless the range between them in which the sign is not known spans
+        more than a factor `WIDEST` in distance.
 
         Args:
-            zeros: Known zeros; others are those of the interpolant.
+            zeros: Known zeros [D_c]; where there is none, the zero is that of the interpolant.
         """
         d, dU, half = self.samples
         signs = np.where(np.abs(dU) > half, np.sign(dU), 0).astype(int)
@@ -184,7 +184,7 @@ class CurveInterpolant:
 
 
 def hermite(x: Array, values: Array, slopes: Array) -> Callable[[Array | float], Array]:
-    """The cubic Hermite interpolant over x, without scipy, whose import takes longer than an atlas to answer."""
+    """The cubic Hermite interpolant over x, without scipy, whose import takes longer than an answer of an atlas."""
     width, step = np.diff(x), np.diff(values)
     first, last = width * slopes[:-1], width * slopes[1:]
     powers = np.stack([first + last - 2 * step, 3 * step - 2 * first - last, first, values[:-1]])
@@ -197,5 +197,5 @@ def hermite(x: Array, values: Array, slopes: Array) -> Callable[[Array | float],
 
 
 def slopes_of(values: Array, x: Array) -> Array:
-    """The slopes of parabolas through neighbouring points."""
+    """Slopes at the points x of parabolas through neighbouring points; of straight lines if there are only two."""
     return np.asarray(np.gradient(values, x, edge_order=2 if len(x) > 2 else 1))

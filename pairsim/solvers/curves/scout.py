@@ -1,7 +1,7 @@
-"""How large a quantity is elsewhere along a curve, from solutions on coarse cells, which are called scouts.
+"""The size of a quantity elsewhere on a curve, from solutions on coarse cells, which are called scouts.
 
-Errors are compared with the largest |dU| of a curve, of which a case may ask for a single point. A scout begins with
-the solution of that point, which is carried over to its cells, and goes on to other distances.
+Errors are compared with the largest |dU| of a curve, although a case may request a single point of it. A scout begins
+with the solution at that point, carried over to coarse cells, and continues to other distances.
 """
 
 from __future__ import annotations
@@ -22,27 +22,27 @@ from pairsim.solvers.steady.first_solution import first_scene, try_from_other_me
 from pairsim.solvers.steady.scene import SteadySolver
 
 # Constants without another origin were chosen.
-ENOUGH = 3  # number of distances of a case from which on the scout looks at some of these alone
-# Other distances at which it looks [D_c]. In ten cases (beta .2 to .6, De 0 to 2) the largest |dU| at these was 83 to
-# 100 % of the largest of the curve.
+ENOUGH = 3  # number of distances of a case from which on the scout solves at some of these only
+# Distances at which it solves otherwise [D_c]. In ten cases (beta .2 to .6, De 0 to 2) the largest |dU| at these was 83
+# to 100 % of the largest of the curve.
 SCALE_DISTANCES = 0.4, 0.2, 0.1
 SCALE_CELLS = 10  # cells of a scout on a half-circle
 SCALE_GROWTH = 0.3  # growth of its cells
 SCALE_SIZE = 0.35  # size of its largest cells, relative to the smallest diameter
-STEP = 1.6  # largest ratio of the distances before and after one of its steps
+STEP = 1.6  # largest ratio by which a distance changes in one of its steps
 
 
 def largest_value(goal: Goal, known: SteadySolver, places: Sequence[tuple[float, ...]], enough: float) -> float:
-    """About the largest value of a goal, such as |dU|, on the curve of a case, from solutions on coarse cells.
+    """Estimate the largest absolute value of a goal, such as dU, on the curve of a case, by solutions on coarse cells.
 
     Args:
         goal: dU, or another goal that is linear in the unknowns.
         known: A solver at a solution of the curve.
-        places: The distances of the case. Where these are few, other ones are looked at, too.
+        places: The distances of the points of the case [D_c]. If these are few, other ones are tried, too.
         enough: Value beyond which no larger one is looked for.
 
     Returns:
-        The largest value that was found, 0 if there was no solution on coarse cells.
+        The largest value that was found; 0 if there was no solution on coarse cells.
     """
     problem, parameters = known.problem, known.parameters
     here, wanted = parameters.gaps, {*places, parameters.gaps}
@@ -57,7 +57,7 @@ def largest_value(goal: Goal, known: SteadySolver, places: Sequence[tuple[float,
     cells = MeshSettings(Np=SCALE_CELLS, growth=SCALE_GROWTH, max_size=size, rows=problem.mesh.rows)
     coarse, found = replace(problem, mesh=cells), 0.0
     scout = carried_over(coarse, parameters, known)
-    if scout is None:  # far apart very soft particles may have no solution on such cells that follows from a fine one
+    if scout is None:  # for very soft particles far apart Newton's method may fail from a solution on fine cells
         for gaps in sorted(wanted - {here}, reverse=True):
             if found < enough:
                 found = max(found, _largest_anew(goal, coarse, replace(parameters, gaps=gaps)))
@@ -81,7 +81,7 @@ def largest_value(goal: Goal, known: SteadySolver, places: Sequence[tuple[float,
 def carried_over(problem: SteadyProblem, parameters: Parameters, known: SteadySolver) -> SteadySolver | None:
     """The solution on other cells; None unless Newton's method converges from the interpolated solution.
 
-    If it does not, no continuation is tried: that may take longer than what the solution is wanted for.
+    If it does not, no continuation is tried, which might take longer than the solution is worth.
     """
     found, solver = False, None
     try:
@@ -95,7 +95,7 @@ def carried_over(problem: SteadyProblem, parameters: Parameters, known: SteadySo
 
 
 def found_anew(problem: SteadyProblem, parameters: Parameters) -> SteadySolver | None:
-    """A solution that is found without an earlier one; None if it is not found."""
+    """A solution that is found without an earlier one; None if none is found."""
     with suppress(NoSteadyState, MeshFailure):
         found = first_scene(problem, parameters)
         return found if isinstance(found, SteadySolver) else None
@@ -103,7 +103,7 @@ def found_anew(problem: SteadyProblem, parameters: Parameters) -> SteadySolver |
 
 
 def _largest_anew(goal: Goal, problem: SteadyProblem, parameters: Parameters) -> float:
-    """The largest value of a solution that is found without an earlier one, 0 if none is found."""
+    """The largest absolute value of a goal at a solution found without an earlier one; 0 if none is found."""
     found = found_anew(problem, parameters)
     if found is None:
         return 0.0
@@ -126,5 +126,5 @@ def _moved(scout: SteadySolver, gaps: tuple[float, ...]) -> bool:
 
 
 def _largest(goal: Goal, scout: SteadySolver) -> float:
-    """The largest value of a goal, such as |dU|, at a solution."""
+    """The largest absolute value of a goal, such as dU, at a solution."""
     return float(np.abs(goal.linear_value(scout.solution)).max())

@@ -21,9 +21,9 @@ from pairsim.solvers.steady.linearisation import Linearisation
 from pairsim.solvers.steady.motion import moving_residual, rate_terms
 
 CHANGE = 1e-3  # relative change of a parameter in mixed differences; chosen
-PART = 0.1  # part of the correction for motion that is added in differences along it; chosen
+PART = 0.1  # fraction of the correction for motion that is the step of differences along it; chosen
 ALL = ("Ca_e", "De", "xi", "beta", "difference")
-STIFFNESS = "stiffness"  # the difference of two moduli, which is asked for by name
+STIFFNESS = "stiffness"  # the difference of two moduli, which is not in `ALL`
 Line = Callable[[float], Parameters]
 """Parameters as a function of tau, the present ones at tau = 0."""
 
@@ -32,29 +32,30 @@ class VelocityChange(NamedTuple):
     """Derivatives of the velocities of all particles along a line of parameters, shape (N,) each."""
 
     held: Array  # at held distances [U_av]
-    moving: Array  # of what moving adds to them in first order
+    moving: Array  # of the first-order effect of motion on them [U_av]
 
 
 def sensitivities(
     at: Linearisation, adjoints: Adjoints, dU: Array, motion: SlowMotion, names: Collection[str] = ALL
 ) -> dict[str, Array]:
-    """Derivatives of dU on the slow manifold with respect to Ca_e, De, xi, beta and the difference of two diameters.
+    """Derivatives of dU on the slow manifold with respect to Ca_e, De, xi, beta and differences between two particles.
 
-    If the values of the particles differ, their ratios are fixed and the derivative is with respect to the largest
+    If Ca_e or beta differ between particles, their ratios are fixed, and the derivative is with respect to the largest
     value. One adjoint for each velocity gives the derivatives at held distances with respect to all parameters (Giles
-    and Pierce 2000). The derivatives of what moving adds in first order are those of `_changes_by_moving`.
+    and Pierce 2000). Those of the first-order effect of motion come from `_changes_by_moving`.
 
     Args:
         at: The solution.
         adjoints: The adjoints of the solution.
         dU: Relative velocities at held distances [U_av], shape (N-1,).
-        motion: What moving adds to them.
-        names: Parameters that are asked for.
+        motion: Effect of motion on the velocities.
+        names: Names of the parameters wanted.
 
     Returns:
-        Derivatives by name of the parameter, shape (N-1,) each: "beta"; "Ca_e", "De" and "xi" if they are not zero; of
-        a pair "difference", the leading particle's diameter minus the trailing one's over their mean; and of one whose
-        particles are both soft "stiffness", the same of their moduli.
+        Derivatives by name of the parameter, shape (N-1,) each: "beta"; "Ca_e" for soft particles; "De" and "xi" for
+        liquids with modes; "difference" for a pair, with respect to the leading particle's diameter minus the trailing
+        one's over their mean; and "stiffness" for a pair of soft particles, with respect to the same difference of
+        their moduli.
     """
     now = at.parameters
     lines: dict[str, tuple[float, Line]] = {}
@@ -79,18 +80,19 @@ def sensitivities(
 
 
 def by_each_particle(at: Linearisation, adjoints: Adjoints, dU: Array, motion: SlowMotion) -> Array:
-    """Derivatives of the velocities of all particles with respect to the size and the softness of each of them.
+    """Derivatives of the velocities of all particles with respect to the diameter and the Ca_e of each of them.
 
     Args:
-        at, adjoints, dU, motion: As of `sensitivities`.
+        at, adjoints, dU, motion: As for `sensitivities`.
 
     Returns:
-        Derivatives [U_av], shape (N, N, 2, 2): of the velocity of particle i; by particle j; by the logarithm of its
-        diameter, and of its Ca_e (zeros for rigid particles); at held distances, and of what moving adds.
+        Derivatives [U_av], shape (N, N, 2, 2). The indices are: the particle whose velocity is differentiated; the
+        particle with respect to which it is; the logarithm of its diameter (0) or of its Ca_e (1; zeros for rigid
+        particles); the velocity at held distances (0) or the first-order effect of motion on it (1).
 
     Raises:
-        ValueError: It is a rigid particle alone, whose mesh does not move with its diameter: `rows.short_rows` has its
-            derivative by differences.
+        ValueError: The scene has a single rigid particle, whose mesh does not move with its diameter;
+            `pairsim.solvers.rows.short_rows` finds this derivative by differences.
     """
     now, n = at.parameters, len(at.parameters.solids)
     if n == 1 and not any(now.Ca_es):
@@ -109,7 +111,7 @@ def by_each_particle(at: Linearisation, adjoints: Adjoints, dU: Array, motion: S
 def _velocity_changes(
     at: Linearisation, adjoints: Adjoints, lines: Sequence[Line], dU: Array, motion: SlowMotion
 ) -> list[VelocityChange]:
-    """Derivatives along each of some lines; the other arguments are those of `sensitivities`."""
+    """Derivatives of the velocities along each of `lines`; the other arguments are those of `sensitivities`."""
     changes = np.array([at.residual_change(line) for line in lines]).reshape(-1, len(at.y))
     held = -changes @ adjoints.velocities.T
     moving = np.zeros_like(held)
@@ -127,20 +129,20 @@ def _changes_by_moving(
     dU_changes: Array,
     motion: SlowMotion,
 ) -> Array:
-    """Derivatives along lines of what moving adds to the velocities in first order, V1 - V0 = -z . R_m, (lines, N).
+    """Derivatives along lines of the first-order effect of motion on velocities, V1 - V0 = -z . R_m, (lines, N).
 
-    R_m is the part of the residual that rates of change add. As the adjoint z changes along a line with the matrix J,
-    the derivative is -z . d(J c + R_m), in which d is the derivative with the correction c = -J^-1 R_m held fixed.
+    R_m is the contribution of rates of change to the residual. As the adjoint z changes along a line with the matrix J,
+    the derivative is -z . d(J c + R_m), in which d is the derivative at a fixed correction c = -J^-1 R_m.
 
     Args:
-        at, adjoints, dU, motion: As of `sensitivities`.
+        at, adjoints, dU, motion: As for `sensitivities`.
         lines: Parameters as functions of tau.
-        changes: Derivatives of the residual along them, shape (lines, n_y).
-        dU_changes: Those of dU, shape (lines, N-1).
+        changes: Derivatives of the residual along the lines, shape (lines, n_y).
+        dU_changes: Derivatives of dU at held distances along the lines, shape (lines, N-1).
     """
     steady, y, tangents, stretch = at.steady, at.y, at.gap_tangents, motion.centres_by_gaps
     fastest = float(np.abs(dU).max())
-    scale = max(1.0, PROBE / fastest) if fastest else 1.0  # what is linear is evaluated well above rounding
+    scale = max(1.0, PROBE / fastest) if fastest else 1.0  # the linear effect of small dU, well above rounding errors
     rates = scale * np.linalg.solve(stretch, dU)
     speed = float(np.abs(rates).max())
     along = rates / speed if speed else np.ones_like(rates)
@@ -158,7 +160,7 @@ def _changes_by_moving(
     def still(line: Line, y_change: Array, tau: float, s: float) -> Array:
         return steady.residual_at(place(line, tau, s), y + tau * y_change + s * tangent)
 
-    y_changes = -at.solve(changes)  # what is left of it would count as moving, which is much less
+    y_changes = -at.solve(changes)  # exactly, as residuals left here would count as effects of motion, which are small
     unbalanced = [mixed(partial(still, *each)) for each in zip(lines, y_changes, strict=True)]
     *bends, correction = -at.solve(np.array([*unbalanced, rate_terms(at, y_t, rates)]), tolerance=LAST)
 
@@ -173,7 +175,7 @@ def _changes_by_moving(
         y_t_change = speed * bend + rates_change @ tangents
 
         def corrected(tau: float) -> Array:
-            """The residual of the correction."""
+            """J c + R_m at tau along the line, with a fixed correction c, shape (n_y,)."""
             there, here = y + tau * y_change, line(tau)
             moving = moving_residual(steady, here, there, y_t + tau * y_t_change, rates + tau * rates_change)
             ends = [steady.residual_at(here, there + s * correction) for s in (PART, -PART)]

@@ -1,8 +1,8 @@
-"""Unyielded liquid between neighbours, and how it affects their relative velocity; `arrest.py` judges if it holds them.
+"""Unyielded liquid between neighbours, and how their relative velocity depends on its regularisation.
 
-Where liquid that does not yield joins two particles, their distance changes by creep of the regularisation alone: dU
-vanishes as 1/m. So do the shear rates of unyielded liquid anywhere, but not dU at an ordinary zero of a curve, nor that
-of particles which a yielding liquid surrounds.
+Where unyielded liquid joins two particles, their distance changes only by creep due to the regularisation: dU vanishes
+as 1/m. Shear rates of unyielded liquid do so anywhere, but dU does not near an ordinary zero of a curve, nor between
+particles that are surrounded by yielding liquid. `pairsim.solvers.curves.arrest` draws the conclusion.
 """
 
 from __future__ import annotations
@@ -22,13 +22,15 @@ APART = 10.0  # ratio of the two values of m at which dU is compared; chosen
 
 @dataclass(frozen=True)
 class UnyieldedBridge:
-    """What unyielded liquid does to neighbours.
+    """Unyielded liquid between neighbours.
 
     Attributes:
-        bridge: See `pairsim.fem.unyielded.bridges`, (N-1,).
-        creep: The power of 1/m with which dU at held distances falls between m/`APART` and m, (N-1,). NaN where it was
-            not computed, as there is no bridge or the sign of dU is certain, or where dU has two signs.
-        plug: Radius of the plug of the flow without particles [D_c]; 0 in liquids without a yield stress.
+        bridge: Radius of the unyielded cylinder that joins neighbours, as in `pairsim.fem.unyielded.bridges` [D_c],
+            (N-1,); 0 where there is none.
+        creep: The power of 1/m with which dU at held distances falls between m/`APART` and m, (N-1,). It is NaN where
+            it is not computed, because there is no bridge or the sign of dU is certain, and where dU has opposite signs
+            at both m.
+        plug: Radius of the plug in the flow without particles [D_c]; 0 in liquids without a yield stress.
     """
 
     bridge: Array
@@ -37,11 +39,11 @@ class UnyieldedBridge:
 
     @classmethod
     def of(cls, steady: SteadySolver, undecided: np.ndarray) -> UnyieldedBridge:
-        """What unyielded liquid does at the present solution, at which the scene is left.
+        """Unyielded liquid at the present solution, at which the scene is left.
 
         Args:
             steady: The scene.
-            undecided: Whether the interval of dU holds both signs, (N-1,); boolean.
+            undecided: Whether the interval of each dU contains 0, (N-1,); boolean.
         """
         h, x = steady.state()
         bridge, liquid = bridges(steady.scene, x, h), steady.parameters.liquid
