@@ -1,4 +1,4 @@
-"""Half-widths of the rates and of what inertia does to them, from the same on larger cells."""
+"""Half-widths of the rates, and of their derivatives by the Reynolds number, from computations on larger cells."""
 
 from __future__ import annotations
 
@@ -15,21 +15,22 @@ from pairsim.solvers.focus.rates import Displacement
 from pairsim.solvers.steady.first_solution import coarser, try_from_other_mesh
 from pairsim.solvers.steady.scene import SteadySolver
 
-LARGER = (2**0.5, 2.0)  # factors of the cells; chosen
-SHARES = (1.0, 0.5)  # of the differences to the rates on them that are taken as half-width; chosen
-# What inertia does is found on the largest cells alone, of which the whole difference counts; chosen.
-FLOOR = 1e-3  # half-width at least, of the largest rate, as both differences may be small by chance; chosen
-LEAST = 0.2  # part of the largest half-width that each rate of a row has at least, as differences may vanish; chosen
-TOLERANCE = 1e-5  # of rates on larger cells, relative to the largest; chosen, far below `FLOOR`
+LARGER = (2**0.5, 2.0)  # factors by which cells are larger; chosen
+SHARES = (1.0, 0.5)  # fraction of the difference from the rates on these cells that is taken as half-width; chosen
+# Derivatives by the Reynolds number are computed on the largest cells only, and the whole difference counts; chosen.
+FLOOR = 1e-3  # least half-width relative to the largest rate, as both differences may be small by chance; chosen
+LEAST = 0.2  # least half-width of a rate relative to the largest one of the row, as differences may vanish; chosen
+TOLERANCE = 1e-5  # of rates on larger cells, relative to the largest rate; chosen, far below `FLOOR`
 
 
 @dataclass(frozen=True)
 class HalfWidths:
-    """Half-widths by cells, of the axisymmetric solution and of its disturbances; infinite where they are not known.
+    """Half-widths due to the cells, in the axisymmetric solution and its disturbances; infinite if they are not known.
 
     Attributes:
-        rates: Those of the rates, shape (N, N).
-        by_Re: Those of their derivatives by the Reynolds number, shape (N, N), None where these were not asked for.
+        rates: Half-widths of the rates [U_av/D_c], shape (N, N).
+        by_Re: Half-widths of their derivatives with respect to the Reynolds number, shape (N, N); None if these were
+            not asked for.
     """
 
     rates: Array
@@ -37,13 +38,14 @@ class HalfWidths:
 
 
 def half_widths(displacement: Displacement, by_Re: Array | None = None) -> HalfWidths:
-    """Half-widths of rates, and of derivatives by the Reynolds number.
+    """Half-widths of rates, and of their derivatives with respect to the Reynolds number.
 
-    Two meshes guard against differences that happen to be small. Where one has no solution the other one has to do.
+    There are two larger meshes, in case one difference happens to be small; if one has no solution, the other suffices.
 
     Args:
         displacement: The displaced particles.
-        by_Re: Derivatives of the rates by the Reynolds number, if their half-widths are wanted.
+        by_Re: Derivatives of the rates with respect to the Reynolds number, shape (N, N); None if their half-widths are
+            not wanted.
     """
     rates = displacement.found.rates
     differences, of_inertia = list[Array](), list[Array]()
@@ -58,7 +60,7 @@ def half_widths(displacement: Displacement, by_Re: Array | None = None) -> HalfW
 
 
 def _widths(differences: list[Array], values: Array) -> Array:
-    """Half-widths from differences, infinite without any."""
+    """Half-widths of values from their differences on other meshes, of the same shape; infinite if there are none."""
     if not differences:
         return np.full(values.shape, np.inf)
     widest = np.max(differences, axis=0)
@@ -67,7 +69,7 @@ def _widths(differences: list[Array], values: Array) -> Array:
 
 @contextmanager
 def _on_larger_cells(steady: SteadySolver, factor: float) -> Iterator[Displacement | None]:
-    """The displaced particles on cells larger by a factor, None where there is no solution."""
+    """Context with the displaced particles on cells larger by a factor; None if no solution is found there."""
     other: SteadySolver | None = None
     displacement: Displacement | None = None
     try:

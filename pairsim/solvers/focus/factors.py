@@ -1,4 +1,4 @@
-"""Factors of the matrix of the disturbances, whose unknowns are eliminated in an order by nested dissection."""
+"""Factorisation of the matrix of the disturbances, with a nested-dissection ordering."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from pairsim.runtime.fenicsx import PETSc
 from pairsim.solvers.nonlinear.direct import GivenSystem
 from pairsim.solvers.nonlinear.factors import EXACT, PETSC_ORDER, Factors, MumpsOptions
 
-# Residual of a correction of an iteration, relative to its right-hand side; chosen. Factors in single precision leave
-# about that when they are used once, and what they leave is part of what the next correction is for.
+# Relative residual to which a correction in an iteration is solved for; chosen. It is about what single-precision
+# factors leave without refinement, and the next correction removes it.
 CORRECTION = 1e-3
 _PREFIXES = count()
 
 
 class OrderedSystem(GivenSystem):
-    """The system of a disturbed scene, whose rows and columns are in the order of their elimination.
+    """The linear system of a disturbed scene, with rows and columns in the order of elimination.
 
     Args:
         scene: The disturbed scene.
@@ -42,9 +42,6 @@ class DisturbedFactors:
 
     Args:
         scene: The disturbed scene.
-
-    Raises:
-        NoSteadyState: The matrix is singular.
     """
 
     def __init__(self, scene: DisturbedScene) -> None:
@@ -61,19 +58,22 @@ class DisturbedFactors:
         self._factors.make()
 
     def solve(self, rhs: Array, tolerance: float = EXACT) -> Array:
-        """Solutions, shape (n_y, k) -> (n_y, k).
+        """Solve for k right-hand sides, shape (n_y, k) -> (n_y, k).
 
         Args:
             rhs: Right-hand sides.
             tolerance: Residual of every system, relative to its right-hand side.
 
         Raises:
-            NoSteadyState: The matrix is singular.
+            NoSteadyState: The matrix is singular in double precision, after refinement in single precision has failed.
         """
         return self._factors.solve(np.ascontiguousarray(rhs.T), transposed=False, tolerance=tolerance).T
 
     def corrected(self, y: Array, rhs: Array) -> Array:
-        """Values nearer to the solutions than y, whose residuals become smaller by `CORRECTION`, shape (n_y, k)."""
+        """Improved solutions y, shape (n_y, k), of systems with right-hand sides of this shape.
+
+        Their residuals are those of y times `CORRECTION`.
+        """
         return y + self.solve(rhs - self._matrix @ y, CORRECTION)
 
     def close(self) -> None:

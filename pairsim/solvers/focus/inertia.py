@@ -1,4 +1,4 @@
-"""What inertia does to the rates, to first order in the Reynolds number."""
+"""Effect of inertia on the rates, to first order in the Reynolds number."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from pairsim.fem.azimuthal.scene import mesh_velocity
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.focus.rates import Displacement, scene_at
 
-LEAST_RE, MOST_RE = 1e-6, 1e6  # between which a largest Reynolds number is looked for; chosen
-DIFFERENCE = 1e-4  # of Re, for the derivative of the residual; for rigid particles in a Newtonian liquid exact
+LEAST_RE, MOST_RE = 1e-6, 1e6  # range in which the largest stable Reynolds number is searched for; chosen
+DIFFERENCE = 1e-4  # of Re, for the derivative of the residual; exact for rigid particles in a Newtonian liquid
 
 
 @dataclass(frozen=True)
 class Inertia:
-    """Derivatives with respect to Re = rho U_av D_c/eta_0 at Re = 0, of neutrally buoyant particles.
+    """Derivatives with respect to Re = rho U_av D_c/eta_0 at Re = 0, for neutrally buoyant particles.
 
     Attributes:
-        rates: Those of `Disturbance.rates` [U_av/D_c], shape (N, N).
-        U: Those of the velocities on the axis [U_av], shape (N,).
+        rates: Derivatives of `Disturbance.rates` [U_av/D_c], shape (N, N).
+        U: Derivatives of the velocities of the particles on the axis [U_av], shape (N,).
     """
 
     rates: Array
@@ -30,14 +30,14 @@ class Inertia:
 
 
 def stable_up_to(rates: Array, by_Re: Array) -> float:
-    """The smallest Reynolds number at which displacements of some kind do not decay, to first order in it.
+    """The smallest Reynolds number at which some displacement does not decay, with rates to first order in it.
 
     Args:
-        rates: Rates without inertia, shape (N, N).
-        by_Re: Their derivatives by the Reynolds number, shape (N, N).
+        rates: Rates without inertia [U_av/D_c], shape (N, N).
+        by_Re: Their derivatives with respect to the Reynolds number, shape (N, N).
 
     Returns:
-        0 where they do not decay without inertia either, infinite where inertia does not prevent it.
+        The number; 0 if some displacement does not decay without inertia, infinite if all decay up to `MOST_RE`.
     """
 
     def growth(Re: float) -> float:
@@ -54,10 +54,10 @@ def stable_up_to(rates: Array, by_Re: Array) -> float:
 
 
 def by_inertia(displacement: Displacement) -> Inertia:
-    """Derivatives of the rates by the Reynolds number.
+    """Derivatives of the rates and of the velocities with respect to the Reynolds number.
 
-    The flow on the axis changes by one solve with the matrix at the solution. With that flow, and with inertia at a
-    small Reynolds number, the disturbances leave a residual, whose derivative is a load on them.
+    The change of the axisymmetric flow follows from one solve with the matrix at the solution. With the changed flow,
+    and inertia at a small Reynolds number, the disturbances have a residual, whose derivative is a load on them.
 
     Args:
         displacement: The displaced particles.

@@ -1,4 +1,4 @@
-"""Modes of displaced particles, stresses and shapes together: which of them decays most slowly?"""
+"""Modes of displaced particles together with stresses and shapes: which of them decays most slowly?"""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pairsim.fem.azimuthal.scene import DisturbedScene
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.nonlinear.direct import DirectSolver
 
-MORE = 4  # modes that are computed beside those asked for, since those of the stress may be as near to zero; chosen
+MORE = 4  # modes computed in addition to those wanted, since modes of the stress may be as close to zero; chosen
 SEED = 0  # of the start vector, so that results are reproducible
 
 
@@ -21,8 +21,9 @@ class Modes:
     """Modes that grow as exp(rate t), the least damped first.
 
     Attributes:
-        rates: Growth rates, complex, shape (k,).
-        displacements: Displacements of the particles in each mode, the largest being 1, complex, shape (N_p, k).
+        rates: Growth rates [U_av/D_c], complex, shape (k,).
+        displacements: Displacements of the N particles in each mode, scaled such that the largest is 1, complex, shape
+            (N, k).
     """
 
     rates: Array
@@ -30,11 +31,11 @@ class Modes:
 
 
 def slowest_modes(scene: DisturbedScene, count: int) -> Modes:
-    """The modes whose growth rates are nearest to zero, without inertia.
+    """The least damped ones of the modes whose growth rates are closest to zero, without inertia.
 
     With displacements d as unknowns beside y, and the lateral velocity of each particle as rate of its displacement,
     the disturbed equations are K z + rate B z = 0 for z = (y, d). Arnoldi's method finds the largest eigenvalues
-    1/rate of -K^-1 B. This needs something that changes with time: a memory or soft particles.
+    1/rate of -K^-1 B. There must be something with a rate of change: a memory or soft particles.
 
     Args:
         scene: The disturbed scene.

@@ -1,4 +1,4 @@
-"""Rates at which particles move towards the axis or away from it, per displacement from it."""
+"""Rates at which displaced particles move towards the axis or away from it: velocity per displacement."""
 
 from __future__ import annotations
 
@@ -13,26 +13,26 @@ from pairsim.solvers.focus.factors import CORRECTION, DisturbedFactors
 from pairsim.solvers.nonlinear.factors import EXACT
 from pairsim.solvers.steady.scene import SteadySolver
 
-# Iterations for what depends on rates of change. Each gains a factor of about the rate times the relaxation time.
+# Iterations for the terms with rates of change. Each reduces the error by a factor of about rate times relaxation time.
 MOST_ITERATIONS = 30  # chosen
-TOLERANCE = 1e-8  # of the rates, relative to the largest; chosen
-# Rates that have become larger than the first ones by this factor grow with their square from then on; chosen.
+TOLERANCE = 1e-8  # of the rates, relative to the largest one; chosen
+# Growth of the rates, relative to the first ones, at which the iteration has diverged; chosen.
 DIVERGED = 1e6
 
 
 @dataclass(frozen=True)
 class Disturbance:
-    """What unit displacements of the N particles from the axis do, to first order.
+    """The response to unit displacements of the N particles from the axis, to first order.
 
     Attributes:
         rates: a_ij, velocity of particle i away from the axis per displacement of particle j [U_av/D_c], shape (N, N),
-            after stresses and shapes have forgotten all but the displacements, with which they change.
-        at_rest: The same for stresses and shapes as they were if the displacements did not change, shape (N, N).
-        rotation: Rate of rotation of particle i about theta = 90 degrees per displacement of particle j [U_av/D_c^2],
-            shape (N, N); of soft particles, of their material inside the shape.
+            when stresses and shapes have lost all memory but that of the displacements, and change along with these.
+        at_rest: The same with the stresses and shapes that belong to constant displacements [U_av/D_c], shape (N, N).
+        rotation: Rate of rotation of particle i about the axis theta = 90 degrees per displacement of particle j
+            [U_av/D_c^2], shape (N, N); for soft particles, that of their material within the shape.
         fields: Full vectors of the disturbances, shape (n, N).
-        converged: Whether stresses and shapes forget faster than the displacements change; otherwise `rates` are those
-            at rest, and `pairsim.solvers.focus.modes` tells what happens.
+        converged: Whether stresses and shapes relax faster than the displacements change. Otherwise `rates` are those
+            at rest, and the modes of `pairsim.solvers.focus.modes` have to be computed.
     """
 
     rates: Array
@@ -43,15 +43,20 @@ class Disturbance:
 
     @property
     def growth(self) -> Array:
-        """Growth rates of the displacements of all particles together, complex, shape (N,), the largest first."""
+        """Growth rates of joint displacements of all particles [U_av/D_c], complex, shape (N,), the largest first."""
         found = np.linalg.eigvals(self.rates)
         return np.asarray(found[np.argsort(-found.real)])
 
 
 def scene_at(steady: SteadySolver, y: Array, Re: float = 0.0, like: DisturbedScene | None = None) -> DisturbedScene:
-    """The disturbed scene about free unknowns y of a scene, shape (n_y,), with inertia at a Reynolds number.
+    """The equations of disturbances about an axisymmetric state.
 
-    What does not depend on these is taken from `like`, the scene about other ones on the same mesh.
+    Args:
+        steady: The axisymmetric scene.
+        y: Free unknowns of the state, shape (n_y,).
+        Re: Reynolds number.
+        like: The disturbed scene about another state on the same mesh, whose data are reused where they do not depend
+            on the state; None to compute all.
     """
     h, x = steady.state_at(steady.parameters, y)
     U = y[steady.constraints.fields["U_p"]]
@@ -59,16 +64,16 @@ def scene_at(steady: SteadySolver, y: Array, Re: float = 0.0, like: DisturbedSce
 
 
 class Displacement:
-    """Unit displacements of the particles of a scene from the axis, and the factors with which they were solved for.
+    """Unit displacements of the particles of a scene from the axis, with the factors of the matrix of disturbances.
 
     Args:
         steady: The scene, at a solution, in a tube with two ends.
-        tolerance: Of the iteration for what depends on rates of change, relative to the largest rate.
+        tolerance: Tolerance of the iteration for the terms with rates of change, relative to the largest rate.
 
     Attributes:
-        steady: The same, at the solution that one step with Newton's matrix makes exact.
+        steady: The scene, whose solution has been improved by one step with the exact matrix.
         scene: The disturbed scene.
-        found: What the displacements do.
+        found: The response to the displacements.
         y: The free unknowns of the disturbances, shape (n_y, N).
 
     Raises:
@@ -97,10 +102,10 @@ class Displacement:
         self._factors.close()
 
     def _solved(self) -> tuple[Disturbance, Array]:
-        """Solve for disturbances that do not change at first, and then with their rates of change.
+        """Solve for constant disturbances, and then by iteration for those that change at the resulting rates.
 
-        This is an iteration of subspaces: it converges to the N modes that decay most slowly, if these are motions of
-        the particles.
+        This is a subspace iteration: it converges to the N modes that decay most slowly, if these are motions of the
+        particles.
         """
         scene, load = self.scene, self.scene.load()
         at_rest = self._factors.solve(load)
@@ -112,13 +117,13 @@ class Displacement:
         return found, y
 
     def changed_by(self, slope: Array) -> Array:
-        """Derivatives of the disturbances by a parameter, shape (n_y, N).
+        """Derivatives of the disturbances with respect to a parameter, shape (n_y, N).
 
         Args:
-            slope: Derivative by it of the residual at these disturbances, shape (n_y, N).
+            slope: Derivative of the residual at fixed disturbances with respect to the parameter, shape (n_y, N).
 
         Raises:
-            ArithmeticError: The iteration for what depends on rates of change does not converge.
+            ArithmeticError: The iteration for the terms with rates of change does not converge.
         """
         scene, a = self.scene, self.found.rates
 
@@ -133,13 +138,17 @@ class Displacement:
 
     @property
     def _follows(self) -> bool:
-        """Whether something depends on rates of change."""
+        """Whether any term depends on rates of change."""
         return self.scene.memory is not None or len(self.scene.phases) > 1
 
     def _iterated(self, start: Array, load: Callable[[Array, Array], Array]) -> tuple[Array, bool]:
-        """Iterate y = K^-1 load(y, lateral velocities in y) where something depends on rates of change.
+        """Iterate y = K^-1 load(y, lateral velocities in y), if any term depends on rates of change.
 
-        Each iteration solves for a correction only, with factors whose error the next one corrects.
+        Each iteration solves for a correction only, roughly, as the next one corrects its error.
+
+        Args:
+            start: First guess, shape (n_y, N), which is returned if no term depends on rates.
+            load: Right-hand sides, shape (n_y, N), as a function of y and of the lateral velocities, shape (N, N).
 
         Returns:
             The last y, and whether its lateral velocities have converged.
@@ -152,7 +161,7 @@ class Displacement:
             before = y[lateral]
             y = self._factors.corrected(y, load(y, before))
             largest = np.abs(y[lateral]).max()
-            if not largest <= most:  # nor a number
+            if not largest <= most:  # also if it is not a number
                 return y, False
             if np.abs(y[lateral] - before).max() <= self._tolerance * largest:
                 return y, True

@@ -1,4 +1,4 @@
-"""Whether particles stay on the axis: growth rates of small displacements, with an interval, and a verdict."""
+"""Whether particles stay on the axis: growth rates of small displacements, with half-widths, and a verdict."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from pairsim.solvers.focus.modes import slowest_modes
 from pairsim.solvers.focus.rates import Displacement, Disturbance
 from pairsim.solvers.steady.scene import SteadySolver
 
-EXACTLY = 1e-8  # growth rates and frequencies below are the rounding of zero [U_av/D_c]; up to 3e-13 were found
-SLOPE = 1e-3  # part of a Reynolds number that growth rates are compared over for their slope; chosen
-DRAWS = 400  # matrices within the half-widths, from which the half-width of the largest growth rate is taken; chosen
-SEED = 0  # of these draws, so that results are reproducible
+EXACTLY = 1e-8  # growth rates and frequencies up to this are rounding errors of 0 [U_av/D_c]; up to 3e-13 were found
+SLOPE = 1e-3  # relative change of the Reynolds number in differences of growth rates; chosen
+DRAWS = 400  # random matrices within the half-widths, whose largest growth rates give its half-width; chosen
+SEED = 0  # of these random matrices, so that results are reproducible
 
 
 class Verdict(StrEnum):
-    """What becomes of small displacements from the axis."""
+    """The fate of small displacements from the axis."""
 
     FOCUSES = "focuses"
     LEAVES = "leaves"
@@ -33,17 +33,17 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True)
 class Stability:
-    """Small displacements of the N particles of a scene from the axis, and what becomes of them.
+    """Small displacements of the N particles of a scene from the axis, and their fate.
 
     Attributes:
-        disturbance: What unit displacements do.
+        disturbance: The response to unit displacements.
         scene: The disturbed scene.
-        half_widths: Half-widths of its rates, shape (N, N).
+        half_widths: Half-widths of the rates of the disturbance [U_av/D_c], shape (N, N).
         growth: Growth rates of the N modes, complex, the largest first, shape (N,) [U_av/D_c].
-        growth_error: Half-width of the largest one, infinite where it is not known.
-        Re_most: The Reynolds number up to which displacements decay, to first order in it: 0 where they do not decay
-            without inertia, infinite where inertia does not prevent it, nan where the verdict is undecided.
-        Re_error: Its half-width, infinite where it is not known, and nan where `Re_most` is no number above 0.
+        growth_error: Half-width of the largest one; infinite if it is not known.
+        Re_most: The Reynolds number up to which displacements decay, to first order in it: 0 if they do not decay
+            without inertia, infinite if inertia does not prevent the decay, NaN if the verdict is undecided.
+        Re_error: Half-width of `Re_most`; infinite if it is not known, NaN unless `Re_most` is positive and finite.
     """
 
     disturbance: Disturbance
@@ -67,7 +67,7 @@ class Stability:
             by_Re = by_inertia(displacement).rates if decays else None
             widths = half_widths(displacement, by_Re)
             if not found.converged:
-                # Particles move on before stresses are forgotten: the rates say nothing of how displacements grow.
+                # The particles move faster than stresses relax: the growth of displacements does not follow from rates.
                 modes = slowest_modes(displacement.scene, len(found.rates))
                 return cls(found, displacement.scene, widths.rates, modes.rates, np.inf, np.nan, np.nan)
         error = growth_half_width(found.rates, widths.rates)
@@ -82,17 +82,17 @@ class Stability:
 
     @property
     def verdict(self) -> Verdict:
-        """What becomes of small displacements."""
+        """The fate of small displacements."""
         return verdict_of(self.growth, self.growth_error)
 
 
 def growth_half_width(rates: Array, half_widths: Array) -> float:
-    """Half-width of the largest growth rate, from matrices whose entries are at the ends of their intervals.
+    """Half-width of the largest growth rate, from random matrices whose entries are at the ends of their intervals.
 
-    Near a double eigenvalue the rate is no smooth function of the entries, and its derivatives would not do.
+    Near a double eigenvalue the growth rate is not a smooth function of the entries, and derivatives would not suffice.
 
     Args:
-        rates: The rates, shape (N, N).
+        rates: The rates [U_av/D_c], shape (N, N).
         half_widths: Their half-widths, of the same shape.
     """
     if not np.isfinite(half_widths).all():
@@ -107,13 +107,13 @@ def growth_half_width(rates: Array, half_widths: Array) -> float:
 def with_half_width(rates: Array, by_Re: Array, error: Array, error_by_Re: Array) -> tuple[float, float]:
     """The Reynolds number up to which displacements decay, and its half-width.
 
-    The half-width is that of the growth rate there over its slope.
+    The half-width is that of the growth rate there, divided by the slope of the growth rate.
 
     Args:
-        rates: Rates without inertia, shape (N, N).
-        by_Re: Their derivatives by the Reynolds number.
-        error: Half-widths of the rates.
-        error_by_Re: Those of the derivatives.
+        rates: Rates without inertia [U_av/D_c], shape (N, N).
+        by_Re: Their derivatives with respect to the Reynolds number, shape (N, N).
+        error: Half-widths of the rates, shape (N, N).
+        error_by_Re: Half-widths of the derivatives, shape (N, N).
     """
     Re = stable_up_to(rates, by_Re)
     if Re == 0 or not np.isfinite(Re):
@@ -125,9 +125,13 @@ def with_half_width(rates: Array, by_Re: Array, error: Array, error_by_Re: Array
 
 
 def verdict_of(growth: Array, half_width: float) -> Verdict:
-    """The verdict on modes with growth rates, complex, the largest first, shape (N,), and the half-width of the first.
+    """The verdict on modes.
 
-    Modes swing if none of them grows or decays by more than the half-width, and one oscillates faster than that.
+    Modes swing if none of them grows or decays faster than the half-width, and one has a frequency above it.
+
+    Args:
+        growth: Growth rates, complex, the largest first [U_av/D_c], shape (N,).
+        half_width: Half-width of the first one [U_av/D_c].
     """
     if np.abs(growth).max() < EXACTLY:
         return Verdict.STAYS

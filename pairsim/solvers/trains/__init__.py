@@ -1,1 +1,1 @@
-"""Trains: rows of equal particles in a periodic cell, and what becomes of disturbances of their distances."""
+"""Trains: rows of equal particles in a periodic cell, and the growth or decay of disturbances of their distances."""

@@ -1,8 +1,8 @@
-"""A train of equal particles in a tube: one of them in a periodic cell, and several such cells side by side.
+"""A train of equal particles in a tube: a periodic cell with one of them, and one with several.
 
-The cells of one particle are repeated, the pressure differs by dp between the ends, and the mesh does not move on the
-planes between particles. Equal particles are then equal to rounding: a cell of n is n cells of one, and what moving one
-of its particles does to the others is circulant.
+A cell of several particles repeats the mesh of a cell of one. The pressure differs by dp between its ends, and the mesh
+does not move on the planes between particles. All particles are then equal to rounding error, and the response of the
+particles to the displacement of one of them is a circulant matrix.
 """
 
 from __future__ import annotations
@@ -24,26 +24,26 @@ from pairsim.solvers.steady.first_solution import first_scene
 from pairsim.solvers.steady.scene import SteadySolver
 
 # Chosen.
-SAME_DISTANCE = 1e-7  # difference of the distance from the one wanted, relative to it
-MOST_SPACINGS = 12  # that are tried for it
+SAME_DISTANCE = 1e-7  # largest relative difference between the distance and the one wanted
+MOST_SPACINGS = 12  # number of spacings that are tried to reach it
 
 
 def distance(one: SteadySolver) -> float:
-    """Distance of the facing surfaces of neighbours on the axis of a train, from its cell of one particle [D_c]."""
+    """Distance between facing surfaces of neighbours in a train [D_c], from its cell of one particle."""
     outline = one.bodies[0].outline_points(one.state()[0])
     return float(one.problem.length - (outline[0, 0] - outline[-1, 0]))
 
 
 def one_particle(problem: SteadyProblem, parameters: Parameters, d: float | None = None) -> SteadySolver:
-    """The cell of one particle of a train.
+    """The cell of one particle of a train, at its solution.
 
     Args:
-        problem: Its problem, in which centres are `length` apart.
-        parameters: Its parameters.
-        d: Distance of facing surfaces, to which the length is adjusted [D_c]; by default that is kept.
+        problem: The problem, whose `length` is the distance between centres.
+        parameters: The parameters.
+        d: Distance between facing surfaces [D_c], to which the length is adjusted; None to keep the length.
 
     Raises:
-        NoSteadyState: No solution was found; `BranchEnd` where there is none.
+        NoSteadyState: No solution was found; `BranchEnd` if there is none.
         MeshFailure: A mesh could not be generated.
     """
     problem, long = replace(problem, closed=True, periodic=True), problem.betas[0]  # of a particle along the axis
@@ -58,7 +58,7 @@ def one_particle(problem: SteadyProblem, parameters: Parameters, d: float | None
 
 
 def repeated(one: SteadySolver, count: int) -> SteadySolver:
-    """A cell of several particles at the solution of a cell of one.
+    """A cell of several particles, at the solution that repeats that of a cell of one.
 
     Args:
         one: The cell of one particle, at its solution; it is left open.

@@ -20,12 +20,12 @@ from pairsim.solvers.trains.cell import distance, one_particle, repeated
 from pairsim.solvers.trains.response import ORDERS, growth_rates, response
 from pairsim.solvers.trains.spectrum import Spectrum
 
-COARSER = 2**0.5  # size of the cells of a mesh over that of the next one
-PRECISION = 1e-3  # of the distance of a transition, relative to its range; chosen
-STEP = 0.05  # of a distance by which slopes are differences, relative to it; chosen
-BEFORE = 0.5  # part of what the refinement before changed that is in an error, too: the last one may change little by
-# chance (measured: 1.1e-5, and 4.3e-5 the next one, after 1.9e-4); that of a method of second order
-LEFT = 1 / (COARSER - 1)  # of the difference, an error of first order in the size of the cells; it is of a higher one
+COARSER = 2**0.5  # ratio of the cell sizes of successive meshes
+PRECISION = 1e-3  # of the distance of a transition, relative to the range searched; chosen
+STEP = 0.05  # relative step of a distance in differences for slopes; chosen
+BEFORE = 0.5  # fraction of the change by the previous refinement that counts in an error, too, as the last change may
+# be small by chance (measured: 1.1e-5, and 4.3e-5 the next one, after 1.9e-4); that of a second-order method
+LEFT = 1 / (COARSER - 1)  # ratio of an error of first order in the cell size to the last change; the order is higher
 
 
 @dataclass(frozen=True)
@@ -34,12 +34,12 @@ class Train:
 
     Attributes:
         U: Velocity of its particles [U_av].
-        d: Distance of facing surfaces [D_c].
-        spacing: Distance of centres [D_c].
-        t_relax: Slowest decay time of a disturbance at held distances [D_c/U_av].
-        spectrum: Growth rates, first of the others by one term fewer of what moving changes.
-        unknowns: Unknowns of the cell.
-        U_error: Half-width of the interval of the velocity, 0 where no coarser mesh tells it [U_av].
+        d: Distance between facing surfaces [D_c].
+        spacing: Distance between centres [D_c].
+        t_relax: Relaxation time at held distances [D_c/U_av].
+        spectrum: Growth rates; the first of its `others` are those with one term fewer of the series of `response`.
+        unknowns: Number of unknowns of the cell.
+        U_error: Half-width of the velocity [U_av]; 0 until it is known from a coarser mesh (`beside`).
     """
 
     U: float
@@ -52,12 +52,12 @@ class Train:
 
     @property
     def error(self) -> float:
-        """Largest half-width of a growth rate or frequency, as a part of the largest rate."""
+        """Largest half-width of a growth rate or frequency, relative to the largest rate."""
         waves = self.spectrum.of_cell
         return float(max(waves.growth_error.max(), waves.frequency_error.max()) / np.abs(self.spectrum.rates).max())
 
     def beside(self, coarse: Train, coarsest: Train) -> Train:
-        """This train with its errors, from the same train on cells that are larger by `COARSER` and by its square."""
+        """This train with its errors, from the same train on cells larger by `COARSER` and by the square of this."""
         (rates, near, far), fewer = (each.spectrum.rates for each in (self, coarse, coarsest)), self.spectrum.others[:1]
         others = np.vstack([fewer, rates + LEFT * (near - rates), rates + LEFT * BEFORE * (far - near)])
         return replace(self, spectrum=Spectrum(rates, others), U_error=LEFT * abs(coarse.U - self.U))
@@ -67,13 +67,14 @@ def train_of(problem: SteadyProblem, parameters: Parameters, count: int, d: floa
     """Solve for a train and its growth rates.
 
     Args:
-        problem: A problem of one particle in a period of the tube.
+        problem: The problem of one particle in a period of the tube.
         parameters: Its parameters.
-        count: Number of particles in the cell of the growth rates, even.
-        d: Distance of facing surfaces, to which the length of the period is adjusted; by default that is kept.
+        count: Number of particles in the cell for the growth rates, even.
+        d: Distance between facing surfaces [D_c], to which the length of the period is adjusted; None to keep the
+            length.
 
     Raises:
-        NoSteadyState: No solution was found; `BranchEnd` where there is none.
+        NoSteadyState: No solution was found; `BranchEnd` if there is none.
         MeshFailure: A mesh could not be generated.
     """
     with closing(one_particle(problem, parameters, d)) as one:
@@ -86,7 +87,7 @@ def train_of(problem: SteadyProblem, parameters: Parameters, count: int, d: floa
 
 
 def on_meshes(problem: SteadyProblem, parameters: Parameters, count: int, d: float | None = None) -> Iterator[Train]:
-    """Yield the train with its errors on the given mesh, then on finer and finer ones; arguments as of `train_of`."""
+    """Yield the train with its errors on the given mesh, then on finer and finer ones; arguments as for `train_of`."""
     coarse = coarsest = train_of(coarser(problem, COARSER), parameters, count, d)
     while True:
         found = train_of(problem, parameters, count, d)
@@ -97,17 +98,17 @@ def on_meshes(problem: SteadyProblem, parameters: Parameters, count: int, d: flo
 def transition(
     problem: SteadyProblem, parameters: Parameters, count: int, between: tuple[float, float]
 ) -> tuple[float, float]:
-    """Find where a train changes from ordering to clustering: where the first or last wave begins to grow.
+    """Find the distance at which a train changes between ordering and clustering: the largest `scaled` rate is 0 there.
 
     Args:
         problem, parameters, count: As for `train_of`.
-        between: Two distances, at one of which it orders and at the other clusters [D_c].
+        between: Two distances, at one of which the train orders, while it clusters at the other [D_c].
 
     Returns:
-        The distance [D_c], and the slope of `scaled` of `Spectrum.least_stable` there.
+        The distance [D_c], and the derivative of `scaled` of `Spectrum.least_stable` with respect to it there.
 
     Raises:
-        NoSteadyState: It does the same at both, or no solution was found.
+        NoSteadyState: The train does the same at both distances, or no solution was found.
         MeshFailure: A mesh could not be generated.
     """
 
