@@ -1,15 +1,16 @@
-"""How fast particles come closer that are nearer to each other than those in any of the short rows of a model.
+"""Approach of particles that are closer to each other than those in any of the short rows of a model.
 
 The film of liquid between two soft particles that are pushed together is wide and flat. It resists more than that
-between two spheres, and the more the softer the particles are. How much it resists is known from one pair, which is
-solved down to distances below the least one of the short rows. Its upstream particle is smaller, and so faster, than
-the downstream one: the two come closer. What is found of this pair is taken for all pairs of such particles:
+between two spheres, and the more so the softer the particles are. Its resistance is known from one pair, which is
+solved down to distances below the smallest one of the short rows. The upstream particle of this pair is smaller, and so
+faster, than the downstream one: the two come closer. The results for this pair are used for all pairs of such
+particles:
 
-- the relative velocity at each distance, as a part of that at the least distance of the short rows;
-- the rate of the distance between the surfaces, likewise;
-- which share of what the film takes off the relative velocity is a lower velocity of the upstream particle. The rest is
-  a higher velocity of the downstream one. (The shares of rigid particles are almost equal. Of soft particles with
-  Ca_e = 0.1 that of the upstream one is 1, so that both are slower in contact than by themselves.)
+- the relative velocity at each distance, relative to that at the smallest distance of the short rows;
+- the rate of the distance between the surfaces, relative to the same;
+- the share of the upstream particle in the reduction of the relative velocity by the film, which makes this particle
+  slower; the rest makes the downstream one faster. (The shares of rigid particles are almost equal. That of the
+  upstream one of soft particles with Ca_e = 0.1 is 1, so that two in contact are slower than each by itself.)
 """
 
 from __future__ import annotations
@@ -27,21 +28,22 @@ from pairsim.runtime.arrays import Array
 if TYPE_CHECKING:
     from pairsim.solvers.rows.model import Row
 
-ROUNDING = 1e-9  # relative difference of distances that are the same
-SHARE = 0.5  # of each of two particles that are moved equally easily
-LEAST_POWER = 1.0  # of the distance, with which rates go to 0: that of a film between spheres
+ROUNDING = 1e-9  # largest relative difference of distances that count as the same
+SHARE = 0.5  # share of each of two particles with the same mobility
+LEAST_POWER = 1.0  # least power of the distance with which rates vanish, that of a film between spheres
 
 
 @dataclass(frozen=True)
 class Closing:
-    """By which factors films slow down particles that come closer.
+    """Factors by which films slow down particles that come closer.
 
     Attributes:
         distances: The distances at which the pair was solved, ascending [D_c], shape (m,).
-        factors: The rate of the distance (first column) and the relative velocity (second one) at each of them, as
-            parts of those at the least distance of the short rows, and 1 beyond it, shape (m, 2).
-        shares: The share of the upstream particle in what is taken off the relative velocity, from 0 to 1, shape (m,).
-        errors: Half-widths of the relative velocities, as parts of these, shape (m,).
+        factors: The rate of the distance (first column) and the relative velocity (second one) at each of these
+            distances, relative to those at the smallest distance of the short rows; 1 beyond that distance, shape
+            (m, 2).
+        shares: The share of the upstream particle in the reduction of the relative velocity, from 0 to 1, shape (m,).
+        errors: Relative half-widths of the relative velocities, shape (m,).
     """
 
     distances: Array
@@ -51,15 +53,15 @@ class Closing:
 
     @classmethod
     def of(cls, rows: Sequence[Row], least: float) -> Self | None:
-        """The factors that solutions of one pair at several distances have.
+        """The factors from solutions of one pair at several distances.
 
         Args:
             rows: The solutions.
-            least: Least distance of the short rows, which is that of one of the solutions [D_c].
+            least: Smallest distance of the short rows, at which the pair was solved, too [D_c].
 
         Returns:
-            None where the particles come closer in fewer than two of the solutions at this distance and below: they
-            then repel each other more strongly than the difference of their sizes drives them together.
+            The factors; None if the particles come closer in fewer than two of the solutions at this distance and
+            below, because they repel each other more strongly than the difference of their sizes drives them together.
         """
         above = [row for row in rows if row.gaps[0] > least * (1 + ROUNDING) and row.rates[0] < 0]
         below = sorted((row for row in rows if row.gaps[0] <= least * (1 + ROUNDING)), key=lambda row: -row.gaps[0])
@@ -80,22 +82,21 @@ class Closing:
 
     @property
     def faster(self) -> Self:
-        """The same with particles that come closer faster, by the half-widths of the velocities of the pair.
+        """The same with a faster approach, by the half-widths of the velocities of the pair.
 
-        The larger part of these half-widths is by the terms that are left out of the series for how far shapes lag
-        behind distances that change.
+        The larger part of these half-widths is due to the terms that the series for the effect of motion leaves out.
         """
         return replace(self, factors=self.factors * (1 + self.errors)[:, None])
 
     def changed(self, U: Array, gaps: Array) -> Array:
-        """By how much films change the velocities of the particles of a row or stream [U_av], shape (N,).
+        """Changes of the velocities of the particles of a row or stream by films [U_av], shape (N,).
 
         Each film makes its upstream particle slower by its share, and the downstream one faster by the rest. The
-        relative velocity of these two is then its factor times what it would be if all films but this one acted.
+        relative velocity of these two then is the film's factor times the relative velocity with all other films.
 
         Args:
-            U: Velocities without films; of particles that are nearer than the least distance of the short rows those at
-                that distance [U_av], shape (N,).
+            U: Velocities without films [U_av], shape (N,); those of particles closer than the smallest distance of the
+                short rows are those at that distance.
             gaps: Distances between facing surfaces from upstream [D_c], shape (N-1,).
         """
         full, left = 1 / self.factor(gaps)[:, 1] - 1, np.diff(U)
@@ -114,22 +115,22 @@ class Closing:
     def rates(self, dU: Array, rates: Array, gaps: Array) -> Array:
         """Rates of the distances between surfaces with films [U_av], shape (N-1,).
 
-        They differ from the relative velocities, as the lengths of the particles change with the distances. Between
-        particles that come closer the ratio of the two is that of the solved pair.
+        They differ from the relative velocities, as the lengths of the particles change with the distances. For
+        particles that come closer the ratio of the two varies with the distance as that of the solved pair does.
 
         Args:
             dU: Relative velocities with films [U_av], shape (N-1,).
-            rates: Rates of the distances at these velocities, if lengths changed as they do at the least distance of
-                the short rows [U_av], shape (N-1,).
+            rates: Rates of the distances that belong to these velocities if lengths change as they do at the smallest
+                distance of the short rows [U_av], shape (N-1,).
             gaps: Distances between facing surfaces from upstream [D_c], shape (N-1,).
         """
         of_distance, of_dU = self.factor(gaps).T
         return np.where(dU < 0, rates * of_distance / of_dU, rates)
 
     def factor(self, gaps: Array) -> Array:
-        """The factors at distances, (n,) [D_c], shape (n, 2).
+        """The factors, shape (n, 2), at distances, (n,) [D_c].
 
-        Between two solved distances, and below the least of them, they are proportional to a power of the distance.
+        Between two solved distances, and below the smallest one, they vary as a power of the distance.
         """
         x, y, at = np.log(self.distances), np.log(self.factors), np.log(gaps)
         found = []

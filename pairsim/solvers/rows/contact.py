@@ -7,22 +7,23 @@ import scipy
 
 from pairsim.runtime.arrays import Array
 
-TOUCHING = 1e-9  # distance beyond that of contact at which particles touch, which is rounding [D_c]
+TOUCHING = 1e-9  # distance beyond that of contact up to which particles touch, for rounding errors [D_c]
 
 
 def without_overlap(U: Array, gaps: Array, contact: float) -> Array:
-    """Velocities at which no particles that touch move into each other, shape (N,) [U_av].
+    """Velocities at which no touching particles move into each other [U_av], shape (N,).
 
-    Particles that touch push each other apart, but do not pull. If these forces move all particles equally easily, the
-    velocities are the nearest ones that do not decrease along each row of particles that touch: an isotonic regression.
+    Particles that touch push each other apart, but do not pull. If all particles have the same mobility, the velocities
+    are the closest ones, in the sense of least squares, that do not decrease in the downstream direction within each
+    group of touching particles: an isotonic regression.
 
     Args:
         U: Velocities without these forces [U_av], shape (N,).
         gaps: Distances between facing surfaces from upstream [D_c], shape (N-1,).
         contact: Distance at which particles touch [D_c].
     """
-    rows = np.append(0, np.cumsum(gaps > contact + TOUCHING))  # of particles that touch each other
+    rows = np.append(0, np.cumsum(gaps > contact + TOUCHING))  # number of the group of touching particles
     if rows[-1] == len(gaps):
         return U
-    offset = (np.ptp(U) + 1.0) * rows  # so that those of different rows are never out of order
+    offset = (np.ptp(U) + 1.0) * rows  # so that velocities of different groups are never out of order
     return np.asarray(scipy.optimize.isotonic_regression(U + offset).x - offset)

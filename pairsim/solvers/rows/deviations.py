@@ -1,11 +1,11 @@
-"""How the velocities of a row change where its particles differ from each other in size or softness.
+"""Changes of the velocities of a row whose particles differ from each other in size or softness.
 
-The derivatives of all velocities by the diameter and the Ca_e of each particle are sums of parts, as velocities are
-(`pairsim.solvers.rows.model`): what its own size and softness do to a particle that is alone, what the sizes and moduli
-of a pair add to both of its velocities, and what those of three neighbours add to that. Terms of second order are those
-of the own size and softness of a particle that is alone, and of the sizes of a pair.
+The derivatives of all velocities with respect to the diameter and the Ca_e of each particle are sums of contributions,
+as velocities are (`pairsim.solvers.rows.model`): that of a particle's own size and softness if it is alone, that of the
+sizes and moduli of a pair to both of its velocities, and that of three neighbours. There are second-order terms of a
+single particle's own size and softness, and of pairs, in which at least one derivative is that by a size.
 
-How the lengths of soft particles change is in `pairsim.solvers.rows.stretch`.
+Changes of the lengths of soft particles are in `pairsim.solvers.rows.stretch`.
 """
 
 from __future__ import annotations
@@ -24,28 +24,29 @@ from pairsim.solvers.rows.stretch import Stretch
 if TYPE_CHECKING:
     from pairsim.solvers.rows.model import Row
 
-# Number of exponentials, by the number of particles. They are fewer than those of velocities, which are fitted to
-# slopes, too: the slopes of derivatives are not known.
+# Number of exponentials, by the number of particles. There are fewer than for velocities, which are fitted to slopes as
+# well: the slopes of the derivatives are not known.
 TERMS = {2: 6, 3: 6}  # chosen
 TERMS_OF_SECOND_ORDER = 4  # of the second derivatives of pairs; chosen
 
 
 @dataclass(frozen=True)
 class Deviations:
-    """Derivatives of the velocities of a row by the logarithms of diameter and Ca_e of its particles.
+    """Derivatives of the velocities of a row with respect to the logarithms of diameter and Ca_e of its particles.
 
     Attributes:
-        alone: Those of a single particle by its own diameter and Ca_e [U_av], shape (2,).
-        parts: What two, three, ... neighbours add to the derivatives of their velocities; the coefficients for k
-            neighbours have the shape (m, k, k, 2).
+        alone: Derivatives of the velocity of a single particle with respect to its own diameter and Ca_e [U_av], shape
+            (2,).
+        parts: Contributions of two, three, ... neighbours to the derivatives of their velocities; the coefficients for
+            k neighbours have the shape (m, k, k, 2): term, velocity, particle, diameter or Ca_e.
         least: Smallest distance that was solved [D_c]; at smaller ones the derivatives are those at this one.
-        alone_twice: Second derivatives of a single particle [U_av], shape (2, 2).
-        pairs_twice: What a pair adds to these; the coefficients have the shape (m, 2, 2, 2, 2, 2). None where it is not
-            known.
-        stretch: How the lengths of soft particles change; None where it is not known, or particles are rigid.
-        remainder: To judge errors, a change of some terms of first order by as much as may be left out of the series;
-            None: no change.
-        remainder_twice: Likewise of the terms of second order of pairs.
+        alone_twice: Second derivatives of the velocity of a single particle [U_av], shape (2, 2).
+        pairs_twice: Contribution of a pair to the second derivatives; the coefficients have the shape
+            (m, 2, 2, 2, 2, 2). None if it is not known.
+        stretch: Changes of the lengths of soft particles; None if they are not known, or particles are rigid.
+        remainder: For a variant by which errors are judged: a change of some first-order terms, of the size of those
+            that the series may leave out; None for no change.
+        remainder_twice: The same for the second-order terms of pairs.
     """
 
     alone: Array
@@ -88,14 +89,14 @@ class Deviations:
         return np.asarray(changes)
 
     def matrix(self, gaps: Array) -> Array:
-        """The derivatives of a short row of equal particles, shape (N, N, 2)."""
+        """The first derivatives in a short row of equal particles at distances (N-1,) [D_c], shape (N, N, 2)."""
         n = len(gaps) + 1
         units = np.eye(2 * n).reshape(2 * n, n, 2)
         return np.array([self._of_first_order(gaps, unit) for unit in units]).T.reshape(n, n, 2)
 
 
 def _windows(gaps: Array, parts: Array, count: int) -> tuple[Array, Array]:
-    """Distances and deviations of each `count` neighbours along a row, shapes (w, count - 1) and (w, count, 2)."""
+    """Distances and deviations of each set of `count` neighbours in a row, (w, count - 1) and (w, count, 2)."""
     return sliding_window_view(gaps, count - 1), np.moveaxis(sliding_window_view(parts, count, axis=0), 2, 1)
 
 
@@ -108,8 +109,8 @@ def deviations(
         alone: A single particle.
         rows: Short rows of equal particles; those whose derivatives are not known are left out.
         unequal: Short rows in which one particle differs, from which the terms of second order follow.
-        rates: For two, three, ... neighbours, the rates at which the terms of their velocities decay with the
-            distances. Derivatives have those terms of these that decay most slowly.
+        rates: For two, three, ... neighbours, the rates at which the terms of their velocities decay with the distances
+            [1/D_c]. Derivatives have only those of these terms that decay most slowly.
         least: Smallest distance that was solved [D_c].
     """
     assert alone.by_particle is not None, "derivatives were asked for"
@@ -127,7 +128,7 @@ def deviations(
 
 
 def _with_second_order(first: Deviations, unequal: Sequence[Row], rates: Sequence[Array]) -> Deviations:
-    """The derivatives of first order, with those of second order that are known."""
+    """The first derivatives, completed with the second derivatives that are known."""
     second = {tuple(row.gaps.tolist()): _second_derivatives(row.gaps, unequal) for row in unequal}
     if () not in second:
         return first
@@ -138,7 +139,7 @@ def _with_second_order(first: Deviations, unequal: Sequence[Row], rates: Sequenc
     left = np.array([second[tuple(gaps)] for gaps in pairs.tolist()])
     for i in range(2):
         left[:, i, i, :, i] -= found.alone_twice
-    left[..., 1, :, 1] = 0.0  # those by two moduli are not known
+    left[..., 1, :, 1] = 0.0  # those with respect to two moduli are not known
     twice = Parts.fitted(slowest(rates[0], TERMS_OF_SECOND_ORDER), pairs, left)
     return replace(found, pairs_twice=twice)
 
@@ -147,7 +148,7 @@ def _second_derivatives(gaps: Array, unequal: Sequence[Row]) -> Array:
     """Second derivatives of the velocities of a short row, shape (N, N, 2, N, 2); 0 where they are not known.
 
     They are central differences of the first derivatives, between a row in which one particle is larger (or softer) and
-    one in which it is smaller (or stiffer) by the same part.
+    one in which it is smaller (or stiffer) by the same factor.
     """
     n = len(gaps) + 1
     found, known = np.zeros((n, n, 2, n, 2)), np.zeros((n, 2), bool)

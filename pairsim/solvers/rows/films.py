@@ -1,10 +1,10 @@
-"""Films of liquid between particles that are nearer to each other than those in any row that was solved.
+"""Lubrication films between particles that are closer to each other than those in any row that was solved.
 
-Where particles may differ, what films do is known from a pair that was solved (`pairsim.solvers.rows.closing`).
+Where particles may differ, the effect of films is known from a pair that was solved (`pairsim.solvers.rows.closing`).
 Elsewhere a film is assumed to multiply the rate at which two particles come closer by d/(d + c): its resistance grows
-as 1/d, and at the distance c it is as large as that of the tube. A film acts on its two particles by equal and opposite
-forces. Let such forces move all particles equally easily, and let 1/(1 + q) be what a film leaves of the rate of a pair
-that is alone. Then the rates r' of the distances follow from the rates r without films by
+as 1/d, and at the distance c it is as large as that of the tube. A film exerts equal and opposite forces on its two
+particles. Let all particles have the same mobility, and let 1/(1 + q) be the factor by which a film reduces the rate of
+an isolated pair. Then the rates r' of the distances follow from the rates r without films by
 
     (1 + q_i) r'_i - (q_(i-1) r'_(i-1) + q_(i+1) r'_(i+1))/2 = r_i.
 """
@@ -19,13 +19,13 @@ from pairsim.solvers.rows.model import RowModel
 
 
 def changed_by_films(model: RowModel, gaps: Array, rates: Array, contact: float) -> Array:
-    """By how much films change the velocities of the particles of a row or stream [U_av], shape (N,).
+    """Changes of the velocities of the particles of a row or stream by films [U_av], shape (N,).
 
     Args:
-        model: Velocities without films.
+        model: The model of the velocities without films.
         gaps: Distances between facing surfaces from upstream [D_c], shape (N-1,).
-        rates: Rates of the distances without films [U_av], shape (N-1,).
-        contact: Distance at which particles touch [D_c]; below it the film is that at this distance.
+        rates: Rates of the distances without films [U_av], shape (N-1,); there are no films where these are positive.
+        contact: Distance at which particles touch [D_c]; at smaller ones the film is that at this distance.
     """
     q = np.where(rates < 0, _slowing(model, gaps, contact), 0.0)
     if not q.any():
@@ -36,6 +36,6 @@ def changed_by_films(model: RowModel, gaps: Array, rates: Array, contact: float)
 
 
 def _slowing(model: RowModel, gaps: Array, contact: float) -> Array:
-    """The q of each film beside one at the least distance that was solved, 0 from there on, shape (N-1,)."""
+    """q of each film, relative to a film at the least distance that was solved; 0 at larger distances, shape (N-1,)."""
     film, near = model.film * model.alone[1], np.minimum(np.maximum(gaps, contact) / model.least, 1.0)
     return (near * model.least + film) / (near * (model.least + film)) - 1

@@ -1,17 +1,17 @@
-"""How far the shapes of soft particles lag behind distances that change.
+"""Lag of the shapes of soft particles behind distances that change.
 
-Where two particles come closer or part, their lengths are not those of particles that are held at the same distance:
-they follow with a delay. By this the distance between their centres is longer by
+Where two particles come closer or move apart, their lengths are not those of particles that are held at the same
+distance: they follow with a delay. Because of this the distance between their centres is longer by
 
     lambda = tau (d_t - dU),
 
 in which dU is the rate of the distance between the centres and d_t that of the distance between the surfaces, so that
-d_t - dU is the rate at which lengths become shorter, and tau is a relaxation time. For pairs that were solved lambda is
-known to first order in the rates (`Row.lag`). To these the logarithm of tau is fitted, as a linear function of the
-logarithm of the distance, of dU, and of the product of both. (Of pairs of soft particles with Ca_e = 0.1 at d = 0.04,
-tau is 1.20, 0.80, 0.68 and 0.63 D_c/U_av where dU is -0.0156, 0.0013, 0.0062 and 0.0114 U_av. Of six pairs that were
-not used, which differ by up to 12 % and come closer, lambda is right to 4e-4 D_c, and to 1e-3 where they part at 0.035
-to 0.042 U_av.)
+d_t - dU is the rate at which lengths become shorter, and tau is a relaxation time. For pairs that were solved, lambda
+is known to first order in the rates (`Row.lag`). The logarithm of tau is fitted to these, as a linear function of the
+logarithm of the distance, of dU, and of the product of both. (For pairs of soft particles with Ca_e = 0.1 at d = 0.04,
+tau is 1.20, 0.80, 0.68 and 0.63 D_c/U_av where dU is -0.0156, 0.0013, 0.0062 and 0.0114 U_av. For six pairs that were
+not used in the fit, whose sizes differ by up to 12 % and which come closer, lambda is accurate to 4e-4 D_c; it is to
+1e-3 where they move apart at 0.035 to 0.042 U_av.)
 
 Particles that are held at first have no lag; it approaches lambda as 1 - exp(-t/tau).
 """
@@ -29,21 +29,21 @@ from pairsim.runtime.arrays import Array
 if TYPE_CHECKING:
     from pairsim.solvers.rows.model import Row
 
-ROUNDING = 1e-9  # relative difference of distances that are the same
-# Rate at which lengths change, over the largest one of all pairs, below which a pair is not used; chosen.
+ROUNDING = 1e-9  # largest relative difference of distances that count as the same
+# Rate at which lengths change, relative to the largest one of all pairs, below which a pair is not used; chosen.
 SLIGHT = 0.01
-ALL = 4  # number of coefficients, and so the least number of pairs
+ALL = 4  # number of coefficients, and so the least number of pairs for a fit
 
 
 @dataclass(frozen=True)
 class Lag:
-    """How far lengths lag behind distances that change.
+    """Relaxation time with which lengths lag behind distances that change.
 
     Attributes:
         coefficients: The coefficients of 1, log d, dU and dU log d in the logarithm of the relaxation time, shape (4,).
-        distances: The smallest and the largest distance of the pairs to which it was fitted [D_c]. Beyond these the
-            relaxation time is that at the nearer one of them.
-        velocities: The smallest and the largest dU of these pairs, likewise [U_av].
+        distances: The smallest and the largest distance of the pairs to which it was fitted [D_c]; outside this range
+            the relaxation time is that at the nearer end.
+        velocities: The smallest and the largest dU of these pairs [U_av], with the same meaning.
     """
 
     coefficients: Array
@@ -59,7 +59,7 @@ class Lag:
             least: Smallest distance of the pairs that are used [D_c].
 
         Returns:
-            None where shapes do not change, as those of rigid particles, or too few pairs are known.
+            The lag; None if shapes do not change, as those of rigid particles, or if too few pairs are known.
         """
         known = [
             (float(row.gaps[0]), float(row.dU[0]), float(row.rates[0] - row.dU[0]), float(row.lag[0]))
@@ -84,7 +84,7 @@ class Lag:
         )
 
     def at(self, gaps: Array, dU: Array, rates: Array) -> Array:
-        """lambda, by how much distances between centres are longer than those of held particles [D_c], shape (n,).
+        """lambda, by which distances between centres are longer than for held particles [D_c], shape (n,).
 
         Args:
             gaps: Distances between surfaces [D_c], shape (n,).

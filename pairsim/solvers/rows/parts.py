@@ -1,4 +1,4 @@
-"""Sums of exponentials of the distances, the form of all that neighbours add, and what such a sum may leave out."""
+"""Sums of exponentials of the distances, as which neighbours contribute, and the size of what such a sum leaves out."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ import scipy
 
 from pairsim.runtime.arrays import Array
 
-SMALLEST = 1e-5  # singular value, relative to the largest one, below which it is left out of a fit; chosen
+SMALLEST = 1e-5  # singular values below this fraction of the largest one are left out of a fit; chosen
 
 
 @dataclass(frozen=True)
 class Parts:
-    """What a number of neighbours add to derivatives of their velocities.
+    """Contribution of k neighbours to derivatives of their velocities, a sum of exponentials of their distances.
 
     Attributes:
-        rates: Rates at which each of m terms decays with each of the distances [1/D_c], shape (m, k-1) for k particles.
+        rates: Rates at which each of m terms decays with each of the distances [1/D_c], shape (m, k-1).
         coefficients: The coefficients of the terms, shape (m, ...).
     """
 
@@ -26,11 +26,11 @@ class Parts:
     coefficients: Array
 
     def at(self, windows: Array) -> Array:
-        """The sums of the terms at distances of k neighbours, (n, k-1) [D_c], shape (n, ...)."""
+        """The sums of the terms at distances between k neighbours, (n, k-1) [D_c], shape (n, ...)."""
         return np.tensordot(np.exp(-windows @ self.rates.T), self.coefficients, 1)
 
     def slopes(self, gaps: Array) -> Array:
-        """For pairs, the derivatives of these sums by the distance, at distances (n,) [D_c], shape (n, ...)."""
+        """For pairs, derivatives of these sums with respect to the distance, at distances (n,) [D_c], (n, ...)."""
         return np.tensordot(-self.rates[:, 0] * np.exp(-gaps[:, None] * self.rates[:, 0]), self.coefficients, 1)
 
     @classmethod
@@ -39,7 +39,7 @@ class Parts:
 
         Args:
             rates: The rates of the terms [1/D_c], shape (m, k-1).
-            places: The distances, of k neighbours [D_c], shape (n, k-1).
+            places: The distances between k neighbours [D_c], shape (n, k-1).
             values: The values there, shape (n, ...).
         """
         terms = np.exp(-places @ rates.T)
@@ -49,24 +49,24 @@ class Parts:
 
 
 def slowest(rates: Array, most: int) -> Array:
-    """Of the rates of terms, (m, k-1), those of the terms that decay most slowly, at most so many."""
+    """Of the rates of terms, (m, k-1), those of the at most `most` terms that decay most slowly."""
     return np.asarray(rates[rates.sum(axis=1).argsort(kind="stable")[:most]])
 
 
 @dataclass(frozen=True)
 class Remainder:
-    """What a series of terms may leave out, as a change of its last terms by which errors are judged.
+    """A change of the last terms of a series by as much as the series may leave out, from which errors are judged.
 
-    Terms of `count` neighbours belong to each set of so many particles in succession. A relative velocity has those of
-    `count + 1` sets, and what is left out is of as many sets. Changes of all of these at once might cancel each other
-    in one row and not in the next. Therefore the terms of every `count + 1`th set along the row alone are changed. With
-    all of the `phases` each set is changed once.
+    There are terms of `count` neighbours for each set of so many particles in succession. A relative velocity depends
+    on those of `count + 1` sets. If all of these were changed at once, the changes might cancel in one row and not in
+    the next. Therefore only the terms of every (`count` + 1)th set along the row are changed. The changes of all
+    `phases` together change each set once.
 
     Attributes:
         count: Number of neighbours of a term.
-        phase: The first particle of the first set that is changed.
+        phase: Index of the first set that is changed, which is that of its first particle.
         distances: Mean distances of the neighbours, ascending [D_c], shape (m,).
-        parts: By which part of itself a term becomes smaller at these distances, shape (m,).
+        parts: Fraction by which a term becomes smaller at these distances, shape (m,).
     """
 
     count: int
@@ -76,7 +76,7 @@ class Remainder:
 
     @classmethod
     def phases(cls, count: int, distances: Array | None = None, parts: Array | None = None) -> list[Self]:
-        """The changes of each set of neighbours in turn; where no `parts` are given, its terms are left out."""
+        """The changes that together change each set of neighbours once; without `parts`, terms are left out."""
         distances, parts = (np.ones(1) if each is None else each for each in (distances, parts))
         return [cls(count, phase, distances, parts) for phase in range(count + 1)]
 

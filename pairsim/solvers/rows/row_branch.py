@@ -1,4 +1,4 @@
-"""A branch of quasi-steady solutions of short rows, whose points have no more than the model of rows needs."""
+"""A branch of quasi-steady solutions of short rows, with points that contain only what the model of rows needs."""
 
 from __future__ import annotations
 
@@ -18,25 +18,24 @@ from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.continuation import MOST_APART
 from pairsim.solvers.steady.relaxation import relaxation_time
 
-RECALLED = 1.0  # how many steps of a continuation take as long as putting a known solution back; chosen
+RECALLED = 1.0  # cost of restoring a stored solution, in steps of a continuation; chosen
 
 
 class RowBranch(Branch):
-    """A branch that computes the decay time of a point (`Point.t_relax`) only where the velocities depend on it.
+    """A branch that computes the decay time of a point (`Point.t_relax`) only if the velocities depend on it.
 
-    Each row is continued from that known solution from which it takes the fewest steps. Steps are longer where
+    Each row is continued from the stored solution from which it takes the fewest steps. Steps are longer where
     distances shrink, and shortest where one distance grows while another one shrinks.
 
-    The decay time is left out where it can be, as it needs as many linear systems, one after another, as all else that
-    is known of a row. It decides two things about what moving adds to the velocities (`FirstOrder.slow_motion`):
-    whether the second order is so small that it need not be computed, and what is made of both orders where no slow
-    manifold is near. In a liquid with a memory the decay time is at least that memory, which usually is long enough for
-    the second order to be computed. Then, if a slow manifold is near, velocities do not depend on the decay time any
-    more.
+    The decay time is left out if possible, as it takes as many successive linear solves as everything else about a row.
+    It decides two things about the effect of motion on the velocities (`FirstOrder.slow_motion`): whether the second
+    order is so small that it need not be computed, and how both orders are used where the series does not converge. In
+    a liquid with a memory the decay time is at least that memory, which usually is long enough for the second order to
+    be needed. Then, if the series converges, velocities no longer depend on the decay time.
     """
 
     def completed(self, point: Point) -> Point:
-        """A point with what rows need of it; its decay time is nan."""
+        """The point, completed only as far as rows need it: its decay time is NaN."""
         if point.complete:
             return point
         first, errors = self._first, point.estimate[dU].half_width
@@ -48,13 +47,14 @@ class RowBranch(Branch):
         return replace(point, motion=motion, by_particle=by_particle, complete=True)
 
     def lag(self) -> Array | None:
-        """By how much the distances between centres at the last point are longer than those of held particles.
+        """`Row.lag` at the last point, by which the distances between centres are longer than for held particles.
 
         Shapes lag behind distances that change: to first order the unknowns are Y0 - J^-1 R(Y0; Y0' g0, g0), as in
         `pairsim.solvers.curves.slow_manifold`.
 
         Returns:
-            Shape (N-1,) [D_c]; None where particles are rigid, alone, or do not move beside each other.
+            The lag [D_c], shape (N-1,); None for rigid or single particles, or if they do not move relative to each
+            other.
         """
         first = self._first
         assert first is not None
@@ -66,32 +66,32 @@ class RowBranch(Branch):
         return np.asarray(ends[0] - ends[1])
 
     def _nearest(self, parameters: Parameters) -> None:
-        """Restore the known solution from which fewer steps lead to given parameters than from the present one."""
+        """Restore the stored solution from which the fewest steps lead to given parameters, if this saves steps."""
         nearest = min(self._known, key=lambda snapshot: _steps(snapshot.parameters, parameters))
         if _steps(self.solver.parameters, parameters) > RECALLED + _steps(nearest.parameters, parameters):
             self.solver.recall(nearest)
 
 
 def _slow_motion(first: FirstOrder, error: float) -> SlowMotion:
-    """What `FirstOrder.slow_motion` gives for the decay time, which is computed only if the result depends on it."""
-    least = first.slow_motion(_least_decay_time(first.at.parameters), inf)  # with a bound on the second order alone
+    """The result of `FirstOrder.slow_motion`; the decay time is computed only if the result depends on it."""
+    least = first.slow_motion(_least_decay_time(first.at.parameters), inf)  # its remainder is the bound on second order
     if least.remainder.max() > NEGLIGIBLE * error:
         motion = first.slow_motion(inf, error)
-        if motion.U.any():  # with an endless memory nothing is left where no slow manifold is near
+        if motion.U.any():  # with an infinite decay time U would be 0 where the series does not converge
             return motion
     return first.slow_motion(relaxation_time(first.at), error)
 
 
 def _least_decay_time(parameters: Parameters) -> float:
-    """A lower bound of the decay time of a row: the longest memory of its liquid [D_c/U_av]."""
+    """A lower bound on the decay time of a row, the longest relaxation time of its liquid [D_c/U_av]."""
     liquid = parameters.liquid
     return max((float(liquid.relaxation_time(mode)) for mode in liquid.modes), default=float(liquid.solvent.memory))
 
 
 def _steps(start: Parameters, end: Parameters) -> float:
-    """About how many steps lead from one set of distances to another on a straight line.
+    """Approximate number of steps on a straight line from one set of distances to another.
 
-    A step changes no distance by more than a given part of it. Where some distances grow and others shrink, steps are
+    A step changes no distance by more than a given fraction of it. If some distances grow and others shrink, steps are
     therefore short at both ends of the line.
     """
     changes = [log(after / before) for before, after in zip(start.gaps, end.gaps, strict=True)]

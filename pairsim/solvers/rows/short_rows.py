@@ -1,4 +1,4 @@
-"""Quasi-steady solutions of short rows, of which the model of long ones is made."""
+"""Quasi-steady solutions of short rows, to which the model of long rows is fitted."""
 
 from __future__ import annotations
 
@@ -22,26 +22,26 @@ from pairsim.solvers.steady.first_solution import coarser, first_scene
 from pairsim.solvers.trains.train import train_of
 
 # All constants were chosen.
-LEAST = 0.04  # smallest distance of short rows, unless the row that is asked for has a smaller one [D_c]
-FARTHEST = {2: 1.6, 3: 0.9, 4: 0.45, 5: 0.3}  # largest distance of short rows, by the number of their particles [D_c]
-COUNTS = {2: 14, 3: 4, 4: 3, 5: 2}  # number of different distances, by the number of particles
-MOST = 5  # particles of the longest short rows
-MOST_BY_PARTICLE = 3  # particles of the longest rows whose velocities are differentiated by each particle
-MOST_UNEQUAL, APART = 2, 0.02  # particles of the longest rows in which one differs; part by which it is larger, smaller
+LEAST = 0.04  # smallest distance of short rows, unless the long row has a smaller one [D_c]
+FARTHEST = {2: 1.6, 3: 0.9, 4: 0.45, 5: 0.3}  # largest distance of short rows, by number of particles [D_c]
+COUNTS = {2: 14, 3: 4, 4: 3, 5: 2}  # number of different distances, by number of particles
+MOST = 5  # number of particles in the longest short rows
+MOST_BY_PARTICLE = 3  # number of particles in the longest rows whose velocities are differentiated by each particle
+MOST_UNEQUAL, APART = 2, 0.02  # number of particles in the longest rows in which one differs; its deviation
 # In the pair that comes closer the first particle is smaller and the second one larger by the first number: neighbours
-# that meet in a stream differ by about as much, where this is the standard deviation of its diameters. The others are
-# distances of the pair, over the smallest distance of the short rows.
+# that meet in a stream differ by about as much if this is the standard deviation of its diameters. The other numbers
+# are the distances of the pair, relative to the smallest distance of the short rows.
 CLOSING, CLOSING_DISTANCES = 0.05, (2.0, 1.5, 1.0, 0.75, 0.5, 0.35, 0.25)
-CHANGE = 0.01  # relative change of the diameter of a rigid particle alone, in differences of its velocity
-ALL = 3  # particles of the longest rows of which all combinations of distances are solved
-FINE = 3  # particles of the longest rows that have the cells of the problem in a liquid with a memory
+CHANGE = 0.01  # relative change of the diameter of a single rigid particle, in differences of its velocity
+ALL = 3  # number of particles in the longest rows for which all combinations of distances are solved
+FINE = 3  # number of particles in the longest rows that have the cells of the problem in a liquid with a memory
 COARSER = 2**0.5  # factor by which the cells of longer rows are larger
-FEWEST = 10  # cells on a half-circle that these have at least, if the problem has as many
+FEWEST = 10  # least number of cells on a half-circle in these, if the problem has as many
 ROOM = 4.0  # length of tube beyond a row, both ends together [D_c]
 TRAINS = (0.06, 0.12, 0.24, 0.48)  # distances of infinite trains [D_c]
-CELL = 8  # particles in the cells of these
-LONGEST = 5  # about how many rows a chain has if it is one of several: its first solution takes as long as one or two
-CROWDING = 3.0  # c in exp(-c d), of which the values at the distances d are extrema of a Chebyshev polynomial [1/D_c]
+CELL = 8  # number of particles in the periodic cells of these
+LONGEST = 5  # approximate number of rows in a chain that is one of several: its first solution costs one or two rows
+CROWDING = 3.0  # c in exp(-c d): distances d are chosen such that this takes Chebyshev points [1/D_c]
 
 
 def solved(
@@ -56,16 +56,16 @@ def solved(
     """Solve rows of one number of particles.
 
     Args:
-        problem: The problem of a single particle; its tube is made longer where a row needs it.
+        problem: The problem of a single particle; its tube is made longer if a row needs it.
         alone: The parameters of a single particle, for its materials.
         places: Distances of each row, in the order in which they are solved [D_c].
-        by_particle: Whether velocities are differentiated by size and softness of each particle.
-        parts: As of `Row`.
-        beside: Distances of other rows, which are to have the same length of tube and the same cells as these.
+        by_particle: Whether velocities are differentiated with respect to diameter and Ca_e of each particle.
+        parts: As in `Row`.
+        beside: Distances of other rows that are to have the same length of tube and the same cells as these [D_c].
         coarse: Whether cells are larger by `COARSER` in a liquid with a memory.
 
     Raises:
-        NoSteadyState: There is no quasi-steady state at one of them, or it was not found.
+        NoSteadyState: A row has no quasi-steady state, or it was not found.
         MeshFailure: A mesh could not be generated.
     """
     count, every = len(places[0]) + 1, [*places, *beside]
@@ -88,10 +88,10 @@ def solved(
 
 
 def _by_size(problem: SteadyProblem, alone: Parameters) -> Array:
-    """`Row.by_particle` of a rigid particle alone, from solutions for two diameters, shape (1, 1, 2) [U_av].
+    """`Row.by_particle` of a single rigid particle, from solutions for two diameters, shape (1, 1, 2) [U_av].
 
-    Other rows have it from one solution, by a mesh that moves with the diameters. That of a rigid particle alone does
-    not move.
+    In other rows it follows from one solution, on a mesh that moves with the diameters. The mesh around a single rigid
+    particle does not move.
     """
     U = []
     for sign in (1, -1):
@@ -109,7 +109,7 @@ def _at(branch: RowBranch, parameters: Parameters) -> Row:
     centres = diagnostics.centres(bodies, h)
     rear, front = (float(body.outline_points(h)[end, 0]) for body, end in ((bodies[0], -1), (bodies[-1], 0)))
     lengths = np.append(np.diff(centres) - gaps, front - centres[-1])
-    not_known = np.full((1, len(gaps)), np.nan)  # how the front of the last one moves
+    not_known = np.full((1, len(gaps)), np.nan)  # derivatives of the distance from the last centre to its front
     stretch = np.vstack([point.motion.centres_by_gaps - np.eye(len(gaps)), not_known])
     values, slopes = np.stack([point.held.U, lengths, point.motion.U], -1), np.stack([point.held_slopes, stretch], -1)
     by_particle = point.by_particle.sum(axis=-1) if point.by_particle.size else None
@@ -118,10 +118,10 @@ def _at(branch: RowBranch, parameters: Parameters) -> Row:
 
 
 def places_of(count: int, least: float) -> list[tuple[float, ...]]:
-    """Distances at which short rows of so many particles are solved, from the largest down [D_c].
+    """Distances at which short rows of `count` particles are solved, from the largest down [D_c].
 
-    Of rows of up to `ALL` particles these are all combinations of the same distances; of longer ones they are a Latin
-    hypercube, in which each combination of all distances but one is there once.
+    For rows of up to `ALL` particles these are all combinations of the same distances. For longer rows they are a Latin
+    hypercube, in which each combination of all distances but one occurs once.
     """
     if count == 1:
         return [()]
@@ -134,11 +134,11 @@ def places_of(count: int, least: float) -> list[tuple[float, ...]]:
 
 @dataclass(frozen=True)
 class Chain:
-    """Rows of one number of particles that are solved one after another.
+    """Rows of the same number of particles that are solved one after another.
 
     Attributes:
         places, by_particle, parts, beside, coarse: As for `solved`.
-        may_end: Whether it may end at a row that cannot be solved, without those after it.
+        may_end: Whether it may end at a row that cannot be solved, without an error and without the rows after it.
     """
 
     places: Sequence[tuple[float, ...]]
@@ -155,7 +155,7 @@ class Chain:
             yield from solved(problem, alone, self.places, self.by_particle, self.parts, self.beside, self.coarse)
 
     def cut(self, longest: int = LONGEST) -> list[Chain]:
-        """The same rows as several chains of about so many rows; each of these finds a first solution of its own."""
+        """The same rows as several chains of about `longest` rows, each of which has to find a first solution."""
         parts = max(round(len(self.places) / longest), 1)
         ends = [round(i * len(self.places) / parts) for i in range(parts + 1)]
         return [replace(self, places=self.places[a:b], beside=[*self.places, *self.beside]) for a, b in pairwise(ends)]
@@ -164,21 +164,26 @@ class Chain:
 def short_rows(least: float, most: int = MOST, by_particle: bool = False) -> Iterator[Chain]:
     """All rows of equal particles to which the model is fitted, the single particle first.
 
-    In a liquid with a memory rows of more than `FINE` particles have larger cells: what so many neighbours add is small
-    beside what fewer of them do, and the error by the cells is a small part of that.
+    In a liquid with a memory rows of more than `FINE` particles have larger cells: the contribution of so many
+    neighbours is small beside that of fewer ones, and the error due to the cells is a small part of it.
 
     Args:
         least: Smallest distance [D_c].
-        most: Number of particles of the longest ones, at most `MOST`.
-        by_particle: Whether velocities of rows of up to `MOST_BY_PARTICLE` are differentiated by size and softness of
-            each particle.
+        most: Number of particles in the longest rows, at most `MOST`.
+        by_particle: Whether velocities of rows of up to `MOST_BY_PARTICLE` are differentiated with respect to diameter
+            and Ca_e of each particle.
     """
     for count in range(1, most + 1):
         yield Chain(places_of(count, least), by_particle and count <= MOST_BY_PARTICLE, coarse=count > FINE)
 
 
 def unequal_rows(soft: bool, least: float) -> Iterator[Chain]:
-    """The rows of `unequal_places`: those in which one particle differs, and the pair that comes closer."""
+    """The rows of `unequal_places`: those in which one particle differs, and the pair that comes closer.
+
+    Args:
+        soft: Whether particles are soft.
+        least: Smallest distance of the short rows [D_c].
+    """
     for places, parts in unequal_places(soft, least):
         closing = len(parts) > 1 and bool(parts[:, 0].all())
         yield Chain(places, not closing, parts, may_end=closing)
@@ -187,16 +192,16 @@ def unequal_rows(soft: bool, least: float) -> Iterator[Chain]:
 def unequal_places(soft: bool, least: float) -> Iterator[tuple[list[tuple[float, ...]], Array]]:
     """Distances and deviations of rows in which one particle differs, and of the pair that comes closer.
 
-    A single particle is larger and smaller and, where it is soft, softer and stiffer. Of two particles each in turn is
-    larger and smaller. In the pair that comes closer both particles differ; its distances go down to below the least
-    one of the short rows.
+    A single particle is made larger and smaller and, if it is soft, softer and stiffer. Of two particles, each in turn
+    is made larger and smaller, at every second distance. In the pair that comes closer both particles differ; its
+    distances reach below the smallest one of the short rows.
 
     Args:
         soft: Whether particles are soft.
-        least: Least distance of the short rows [D_c].
+        least: Smallest distance of the short rows [D_c].
 
     Yields:
-        Distances of the rows [D_c], and the deviations of their particles, as of `Row.parts`.
+        Distances of the rows [D_c], and the deviations of their particles, as in `Row.parts`.
     """
     for count in range(1, MOST_UNEQUAL + 1):
         for i, kind, sign in product(range(count), range(2 if soft and count == 1 else 1), (1, -1)):
@@ -211,10 +216,10 @@ def train_at(problem: SteadyProblem, alone: Parameters, d: float) -> Waves | Non
 
     Args:
         problem, alone: As for `solved`.
-        d: Distance of neighbours, one of `TRAINS` [D_c].
+        d: Distance between neighbours, one of `TRAINS` [D_c].
 
     Returns:
-        The waves; None where the train has no steady state, as one of very soft particles so near to each other.
+        The waves; None if the train has no steady state, or none was found, as with very soft particles close together.
     """
     with suppress(NoSteadyState):
         return d, *train_of(problem, alone, CELL, d).spectrum.waves

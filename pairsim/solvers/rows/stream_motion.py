@@ -3,11 +3,11 @@
 Velocities are those of the model of rows (`pairsim.solvers.rows.model`). Particles that come closer are slowed down by
 films of liquid (`pairsim.solvers.rows.films`; where they may differ, `pairsim.solvers.rows.closing`), and particles
 that touch push each other apart (`pairsim.solvers.rows.contact`). Where particles may differ, the shapes of soft ones
-lag behind distances that change (`pairsim.solvers.rows.lag`). Work and memory grow in proportion to the number of
+lag behind distances that change (`pairsim.solvers.rows.lag`). Work and memory are proportional to the number of
 particles.
 
-Time steps are those of the method of Bogacki and Shampine (1989). Particles that overlap after a step are put back into
-contact: where they touch the velocities jump, so that no method of higher order would be more exact.
+The time steps are those of the embedded Runge-Kutta method of Bogacki and Shampine (1989). Particles that overlap after
+a step are moved back into contact. As velocities jump on contact, a method of higher order would not be more accurate.
 """
 
 from __future__ import annotations
@@ -25,22 +25,22 @@ from pairsim.solvers.rows.films import changed_by_films
 from pairsim.solvers.rows.lag import Lag
 from pairsim.solvers.rows.model import RowModel
 
-# Error of a step in a distance, and overlap of particles that meet in one, from which on it is repeated [D_c]; chosen:
+# Error of a distance in a step, and overlap of particles that meet in a step, above which it is repeated [D_c]; chosen:
 # contact is at 2e-3 by default.
 TOLERANCE, OVERLAP = 1e-5, 5e-4
-FIRST, SHORTEST = 0.1, 1e-4  # time steps [D_c/U_av]; one as short as the latter is not repeated
-SOONEST = 0.3  # least relaxation time of a lag [D_c/U_av]; chosen, as shorter ones would need short steps
-SAFETY, MOST_GROWTH, LEAST_GROWTH = 0.85, 3.0, 0.2  # factors of a step to the next one, or to its repetition; chosen
+FIRST, SHORTEST = 0.1, 1e-4  # first and shortest time step [D_c/U_av]; the shortest one is not repeated
+SOONEST = 0.3  # lower bound on the relaxation time of a lag [D_c/U_av]; chosen, as shorter ones would need short steps
+SAFETY, MOST_GROWTH, LEAST_GROWTH = 0.85, 3.0, 0.2  # safety factor, and bounds on the ratio of successive steps; chosen
 
 
 @dataclass(frozen=True)
 class Stream:
-    """A stream on its way.
+    """A stream at one time.
 
     Attributes:
         time: Time [D_c/U_av].
         gaps: Distances between facing surfaces from upstream [D_c], shape (N-1,).
-        way: How far each particle has moved [D_c], shape (N,).
+        way: Length of tube that each particle has covered [D_c], shape (N,).
         velocities: Velocities [U_av], shape (N,).
         contact: Distance at which particles touch [D_c].
     """
@@ -53,7 +53,7 @@ class Stream:
 
     @property
     def touching(self) -> Flags:
-        """Which neighbours touch, shape (N-1,)."""
+        """Which neighbours touch; boolean, shape (N-1,)."""
         return np.asarray(self.gaps <= self.contact + TOUCHING)
 
 
@@ -63,12 +63,11 @@ def follow(
     """Let a stream move, and yield it when its particles have moved by given lengths of tube on average.
 
     Args:
-        model: Velocities.
-        gaps: First distances, none below `contact` [D_c], shape (N-1,).
-        parts: Deviations of the logarithms of diameter and Ca_e of each particle, shape (N, 2); None where all are
-            equal.
+        model: The model of the velocities.
+        gaps: Initial distances, none below `contact` [D_c], shape (N-1,).
+        parts: Deviations of the logarithms of diameter and Ca_e of each particle, shape (N, 2); None if all are equal.
         contact: Distance at which particles touch [D_c].
-        lengths: The lengths, ascending, the first one may be 0 [D_c].
+        lengths: The lengths, ascending; the first one may be 0 [D_c].
         monitor: Ends the computation.
     """
     count, start = len(gaps) + 1, np.cumsum(np.append(0.0, gaps))
@@ -87,10 +86,10 @@ def follow(
 
 
 def _step(flow: _Velocities, state: Array, slope: Array, step: float) -> tuple[Array, Array, float, float]:
-    """One step from a state at which the time derivatives are `slope`.
+    """One step from a state whose time derivatives are `slope`.
 
     Returns:
-        State and derivatives after it, its size, and that of the next one.
+        State and time derivatives after the step, its size, and the size of the next one.
     """
     while True:
         second = flow(state + step / 2 * slope)
@@ -100,13 +99,13 @@ def _step(flow: _Velocities, state: Array, slope: Array, step: float) -> tuple[A
         fourth = flow(new)
         error = flow.distances(step * (-5 * slope + 6 * second + 8 * third - 9 * fourth) / 72)
         overlap = float(np.abs(new - free).max(initial=0.0))
-        # Where particles touch before or after it the velocities jump; the overlap is the error.
+        # Where particles touch before or after the step, velocities jump, and the overlap is the measure of the error.
         before, after = flow.distances(state)[0], flow.distances(new)[0]
         open_ones = (before > flow.contact + TOUCHING) & (after > flow.contact + TOUCHING)
         beside = open_ones.copy()
         beside[1:] &= open_ones[:-1]
         beside[:-1] &= open_ones[1:]
-        lags = error[1:]  # which change smoothly where particles touch, too
+        lags = error[1:]  # these change smoothly even where particles touch
         worst = max(float(np.abs(each).max(initial=0.0)) / TOLERANCE for each in (error[0, beside], lags))
         worst = max(worst, overlap / OVERLAP)
         growth = min(MOST_GROWTH, max(LEAST_GROWTH, SAFETY * max(worst, 1e-9) ** (-1 / 3)))
@@ -117,18 +116,19 @@ def _step(flow: _Velocities, state: Array, slope: Array, step: float) -> tuple[A
 
 @dataclass(frozen=True)
 class _Velocities:
-    """Time derivatives of a stream, with the forces between particles that touch.
+    """Time derivatives of a stream, with the forces between touching particles.
 
-    A state has the places of all particles, as if these had no length: neighbours are as far apart as their surfaces
-    are. Where the shapes of soft particles lag behind, it has the lags l of all distances, too: by how much the
-    distance between two centres is longer than that of held particles. Let g be the rates of the distances if shapes
-    did not lag behind, C' the derivative of the distance between two centres by that between their surfaces, and lambda
-    the lag to which l tends, with the relaxation time tau (`pairsim.solvers.rows.lag`). Then
+    A state contains the places of all particles, which are those of particles without length: neighbours are as far
+    apart as their surfaces are. Where the shapes of soft particles lag behind, it also contains the lag l of each
+    distance, by which the distance between two centres is longer than for held particles. Let g be the rates of the
+    distances if shapes did not lag behind, C' the derivative of the distance between two centres with respect to that
+    between their surfaces, and lambda the lag that l approaches with the relaxation time tau
+    (`pairsim.solvers.rows.lag`). Then
 
         d_t = g + (l - lambda)/tau,    l_t = -C' (l - lambda)/tau,
 
-    so that C' d_t + l_t = dU. What other distances change in that between two centres is left out here, and tau/C' is
-    taken to be at least `SOONEST`.
+    so that C' d_t + l_t = dU. The effect of other distances on that between two centres is neglected here, and tau/C'
+    is taken to be at least `SOONEST`.
     """
 
     model: RowModel
@@ -137,11 +137,11 @@ class _Velocities:
 
     @property
     def lag(self) -> Lag | None:
-        """How far shapes lag behind; None where it is not known, or all particles are equal."""
+        """The lag of shapes; None if it is not known, or if all particles are equal."""
         return None if self.parts is None else self.model.lag
 
     def held(self, places: Array) -> Array:
-        """The state of particles that have been held at places, (N,)."""
+        """The state of particles that have been held at places, (N,), so that there are no lags."""
         return places if self.lag is None else np.append(places, np.zeros(len(places) - 1))
 
     def distances(self, state: Array) -> Array:
@@ -174,7 +174,7 @@ class _Velocities:
         return np.append(without_overlap(free, gaps, self.contact), left)
 
     def _of_unequal(self, gaps: Array, parts: Array) -> tuple[Array, Array]:
-        """As `RowModel.along` with the deviations `parts`; below the least distance that was solved all is as there."""
+        """As `RowModel.along`, with deviations `parts`; below the least distance that was solved, as at that one."""
         differ = self.model.deviations
         assert differ is not None, "the model knows what particles change that differ"
         solved = np.maximum(gaps, self.model.least)
@@ -196,6 +196,6 @@ class _Velocities:
 
 
 def _rates(dU: Array, stretch: Array) -> Array:
-    """Rates of the distances at relative velocities, (N-1,) [U_av]; `stretch` is as `RowModel.along` returns it."""
+    """Rates of the distances [U_av], (N-1,), at relative velocities dU; `stretch` is a result of `RowModel.along`."""
     width = len(stretch) // 2
     return np.asarray(scipy.linalg.solve_banded((width, width), stretch, dU))

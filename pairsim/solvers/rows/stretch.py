@@ -1,14 +1,14 @@
-"""How the lengths of soft particles, which may differ, change along with their distances.
+"""Changes of the lengths of soft particles, which may differ from each other, with their distances.
 
-Where one of two neighbours tends to run away from the other, the flow between them pulls at both; where it runs into
-the other, the flow pushes. Both become longer or shorter by this, and the more the nearer they are. Therefore the
-distance between their surfaces changes at another rate than that between their centres. The ratio of the two rates is
-found to be linear in the relative velocity of the neighbours, whether this comes from their sizes or from other
-particles. (Of pairs and triplets with Ca_e = 0.1, at distances of about 0.0725, it is 0.855, 0.890, 0.911, 1.028,
-1.082, 1.102, 1.132 and 1.180 at relative velocities of -0.0180, -0.0144, -0.0122, 0.0008, 0.0070, 0.0092, 0.0121 and
-0.0175, of which three are of pairs, and three of equal particles.) It also depends a little on the mean size of the
-two. Where one particle runs into the other so fast that the linear function would be negative, another one takes its
-place, which remains positive (`_positive`).
+If one of two neighbours tends to move away from the other, the flow between them pulls at both; if it moves towards the
+other, the flow pushes. Both become longer or shorter, the more so the closer they are. Therefore the distance between
+their surfaces changes at another rate than that between their centres. The ratio of the two rates is found to be linear
+in the relative velocity of the neighbours, whether this velocity is due to their sizes or to other particles. (In pairs
+and triplets with Ca_e = 0.1, at distances of about 0.0725, it is 0.855, 0.890, 0.911, 1.028, 1.082, 1.102, 1.132 and
+1.180 at relative velocities of -0.0180, -0.0144, -0.0122, 0.0008, 0.0070, 0.0092, 0.0121 and 0.0175; three of these
+values are of pairs, and three of equal particles.) It also depends a little on the mean size of the two. Where one
+particle moves towards the other so fast that the linear function would be small or negative, it is replaced by a
+function that remains positive (`_positive`).
 """
 
 from __future__ import annotations
@@ -27,24 +27,24 @@ from pairsim.solvers.rows.parts import Parts
 if TYPE_CHECKING:
     from pairsim.solvers.rows.model import Row
 
-LINEAR = 0.5  # ratio of the rates, over that of equal particles, down to which it is a linear function; chosen
-QUANTILE = 1.96  # of a normal distribution, for half-widths
+LINEAR = 0.5  # value of the ratio, relative to that of equal particles, down to which it is linear; chosen
+QUANTILE = 1.96  # of the normal distribution, for half-widths
 
 
 @dataclass(frozen=True)
 class Stretch:
-    """How the derivatives of distances between centres by those between surfaces change where particles differ.
+    """How unequal particles change the derivatives of distances between centres with respect to those between surfaces.
 
     Attributes:
         distances: Distances of the pairs that were solved, ascending [D_c], shape (m,).
         slopes: Derivatives of the ratio of the two rates, that of the distance between surfaces over that between
-            centres: by dU, and by the mean of the logarithms of both diameters. They are multiplied by the square of
-            the distance, as they grow about as its inverse [D_c^2/U_av, D_c^2], shape (m, 2).
-        scatter: Standard deviation of the derivative by dU, likewise multiplied, among pairs of which one or the other
-            particle is larger or smaller, shape (m,).
-        outer: What the presence of its neighbour adds, in a pair, to the distance from the rear of the first particle
-            to its centre, and to that from the centre of the second one to its front, differentiated by the logarithms
-            of both diameters [D_c]; the coefficients have the shape (k, 2, 2).
+            centres, with respect to dU and to the mean of the logarithms of both diameters. They are multiplied by the
+            square of the distance, as they grow about as its inverse [D_c^2/U_av, D_c^2], shape (m, 2).
+        scatter: Standard deviation of the derivative with respect to dU, multiplied likewise, among pairs in which one
+            or the other particle is larger or smaller, shape (m,).
+        outer: Effect of the neighbour, in a pair, on the distance from the rear of the first particle to its centre and
+            on that from the centre of the second particle to its front (first index), differentiated with respect to
+            the logarithms of both diameters (second index) [D_c]; the coefficients have the shape (k, 2, 2).
     """
 
     distances: Array
@@ -54,16 +54,16 @@ class Stretch:
 
     @classmethod
     def fitted(cls, equal: Sequence[Row], unequal: Sequence[Row], rates: Array) -> Self | None:
-        """Fit the changes to those of pairs.
+        """Fit the changes to those in pairs.
 
         Args:
             equal: Pairs of equal particles.
-            unequal: Single particles that are larger or smaller, and pairs of which one particle is, at some of the
+            unequal: Single particles that are larger or smaller, and pairs in which one particle is, at some of the
                 distances of `equal`.
-            rates: Rates of the terms of `outer` [1/D_c].
+            rates: Rates of the terms of `outer` [1/D_c], shape (k, 1).
 
         Returns:
-            None where lengths do not change, as those of rigid particles.
+            The changes; None if lengths do not change, as those of rigid particles.
         """
         pairs = [row for row in unequal if len(row.gaps) == 1]
         places = sorted({float(row.gaps[0]) for row in pairs})
@@ -82,7 +82,7 @@ class Stretch:
 
     @property
     def steeper(self) -> Self:
-        """The same with derivatives by dU at the upper end of their interval, which their scatter among pairs gives."""
+        """The same with derivatives with respect to dU at the upper end of their interval, which `scatter` gives."""
         return replace(self, slopes=self.slopes + QUANTILE * np.outer(self.scatter, [1.0, 0.0]))
 
     @cached_property
@@ -90,13 +90,13 @@ class Stretch:
         return PchipInterpolator(np.log(self.distances), self.slopes)
 
     def changed(self, of_equals: Array, gaps: Array, sizes: Array, faster: Array) -> Array:
-        """Derivatives of the distances between centres by those between surfaces, for particles that differ.
+        """Derivatives of the distances between centres with respect to those between surfaces, for unequal particles.
 
         Args:
-            of_equals: The same for equal particles, a banded matrix as of `RowModel.along`, shape (2 k + 1, N-1).
+            of_equals: The same for equal particles, a banded matrix as from `RowModel.along`, shape (2 k + 1, N-1).
             gaps: Distances between facing surfaces from upstream, none below the least that was solved [D_c], (N-1,).
             sizes: Deviations of the logarithms of the diameters, shape (N,).
-            faster: Relative velocities less those of equal particles [U_av], shape (N-1,).
+            faster: Relative velocities minus those of equal particles [U_av], shape (N-1,).
 
         Returns:
             A banded matrix of the shape of `of_equals`.
@@ -107,7 +107,7 @@ class Stretch:
         changes = np.sum(slopes * np.column_stack([faster, pairs.mean(axis=1)]), axis=1)
         found[middle] /= _positive(changes * of_equals[middle])
         rear, front = np.einsum("wij,wj->iw", self.outer.slopes(gaps), pairs)
-        found[middle - 1, 1:] += rear[1:]  # of the particle that has another one upstream
+        found[middle - 1, 1:] += rear[1:]  # of particles that have another one upstream
         found[middle + 1, :-1] += front[:-1]
         return found
 
@@ -124,12 +124,12 @@ def _mean_size(pair: Row) -> float:
 
 
 def _positive(x: Array) -> Array:
-    """1 + x; below `LINEAR` a function that continues it with the same slope and stays positive."""
+    """1 + x; below `LINEAR`, a positive function that continues it with the same slope."""
     return np.where(x > LINEAR - 1, 1 + x, LINEAR**2 / (2 * LINEAR - 1 - np.minimum(x, LINEAR - 1)))
 
 
 def _outer(places: Array, unequal: Sequence[Row], rates: Array) -> Parts:
-    """`Stretch.outer` of pairs at distances, (n,) [D_c]."""
+    """`Stretch.outer`, from pairs at distances `places`, (n,) [D_c]; other arguments as for `Stretch.fitted`."""
     alone, found = np.zeros(2), np.zeros((len(places), 2, 2))
     for row in unequal:
         assert row.parts is not None
