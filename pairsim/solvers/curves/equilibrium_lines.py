@@ -317,7 +317,7 @@ class Follower:
 
         Args:
             snapshot: The stored solution.
-            change: What is added to it for a first guess, shape (n_y,).
+            change: Change of its free unknowns for a first guess, shape (n_y,).
             at: Logarithms of distance and parameter near the zero, shape (2,).
             kind: The kind of critical distance.
 

@@ -1,7 +1,7 @@
 """Unyielded liquid between neighbours, and how their relative velocity depends on its regularisation.
 
 Where unyielded liquid joins two particles, their distance changes only by creep due to the regularisation: dU vanishes
-as 1/m. Shear rates of unyielded liquid do so anywhere, but dU does not near an ordinary zero of a curve, nor between
+as 1/m. Shear rates in unyielded liquid always do so, but dU does not near an ordinary zero of a curve, nor between
 particles that are surrounded by yielding liquid. `pairsim.solvers.curves.arrest` draws the conclusion.
 """
 

@@ -87,7 +87,7 @@ class Stability:
 
 
 def growth_half_width(rates: Array, half_widths: Array) -> float:
-    """Half-width of the largest growth rate, from random matrices whose entries are at the ends of their intervals.
+    """Half-width of the largest growth rate, from random matrices with entries at the ends of their intervals.
 
     Near a double eigenvalue the growth rate is not a smooth function of the entries, and derivatives would not suffice.
 

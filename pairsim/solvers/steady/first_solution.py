@@ -34,7 +34,7 @@ SCOUT_CELLS = 8  # least number of them on a half-circle; chosen
 # steady shapes end near 0.064 in a Newtonian liquid (docs/explanation/decisions.md).
 SOFT = 0.05
 ROUND = 100.0  # largest regularisation m at which Ca_e of particles that are nearly too soft is raised; chosen
-FINER_SCOUT = 2**0.5  # this factor of a second scout, tried where the first one fails or finds an end; chosen
+FINER_SCOUT = 2**0.5  # the same factor of a second scout, tried where the first one fails or finds an end; chosen
 FINER = 2**0.5  # factor of the number of cells on a particle, tried where a branch has ended; chosen
 
 

@@ -36,8 +36,8 @@ from pairsim.solvers.steady.linearisation import Linearisation
 
 # Stricter than in runs, since near the end of a branch rims buckle too early on distorted cells: at Ca_e 0.14 instead
 # of 0.16 (beta 0.4, d 0.1).
-LEAST_STEADY = 0.6  # distortion at which a mesh is replaced
-FRESH_STEADY = 0.75  # distortion at which a new mesh around spheres is accepted
+LEAST_STEADY = 0.6  # ratio of current to reference Jacobian of a cell below which a mesh is replaced
+FRESH_STEADY = 0.75  # least such ratio at which a new mesh around spheres is accepted
 
 
 @dataclass(frozen=True)

@@ -33,7 +33,7 @@ EARLIEST, LATEST = 1e-6, 1e12  # range of times in which a change of the spread 
 
 
 class Wave(NamedTuple):
-    """A disturbance of a train: its number, its rates and the half-widths of their intervals.
+    """A disturbance of a train: its wave number and its rates, each with its half-width in `..._error`.
 
     Attributes:
         k: Wave number [1/spacing].
