@@ -1,1 +1,1 @@
-"""Folders of results: tables, fields, run.json, checkpoints; nothing is solved."""
+"""Folders of results: tables, fields, run.json and checkpoints; nothing is solved here."""

@@ -1,4 +1,4 @@
-"""checkpoint.npz: the state of a run, from which it is resumed; results then differ by Newton's tolerance at most.
+"""checkpoint.npz: the state from which a run is resumed; a resumed run differs by Newton's tolerance at most.
 
 The file contains arrays and one JSON text, no pickles. It is written under a temporary name and renamed, so that a
 complete checkpoint exists at all times.
@@ -26,10 +26,10 @@ from pairsim.solvers.transient.adaptation import RunAdaptation
 from pairsim.solvers.transient.state import State
 
 FORMAT = 8
-OF_0_3_0 = 7  # the format of 0.3.0, whose runs have errors of dU alone
+OF_0_3_0 = 7  # the format of version 0.3.0, whose runs estimate errors of dU only
 ARRAY = "array"
 FREE = ("name", "time.end", "physical.end", "limits", "output")
-"""Keys and groups of keys that may be changed when a run is resumed."""
+"""Keys and groups of keys that may differ when a run is resumed."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Checkpoint:
 
     state: State
     case: dict[str, Plain]  # with all defaults, as plain data
-    adaptation: RunAdaptation | None  # what its cells follow from, None if they are those of the case
+    adaptation: RunAdaptation | None  # from which its cells follow; None if they are those of the case
     rows: int  # number of rows in series.csv at this step
     frames: int  # number of frames in fields.xdmf at this step
     wall: float  # wall time of the run so far [s]
@@ -57,7 +57,7 @@ class Checkpoint:
 
 
 def _packed(value: Any, arrays: dict[str, Array]) -> Any:
-    """Plain data, in which an array is its name in `arrays`."""
+    """The value as plain data, in which arrays are replaced by names under which they are added to `arrays`."""
     if isinstance(value, np.ndarray):
         arrays[name := f"array_{len(arrays)}"] = value
         return {ARRAY: name}
@@ -69,7 +69,7 @@ def _packed(value: Any, arrays: dict[str, Array]) -> Any:
 
 
 def _unpacked(kind: Any, value: Any, arrays: Mapping[str, Array]) -> Any:
-    """The value of a type, such as a dataclass of others, from its plain data."""
+    """The value of type `kind`, such as a nested dataclass, from the plain data that `_packed` made of it."""
     if isinstance(value, dict) and ARRAY in value:
         return arrays[value[ARRAY]]
     if isinstance(kind, UnionType):
@@ -107,10 +107,10 @@ def load(folder: Path) -> Checkpoint | None:
 
 
 def _upgrade(state: dict[str, Any]) -> None:
-    """Change the state of a run of 0.3.0 to one of today.
+    """Convert the state of a run of version 0.3.0 into the present format, in place.
 
     Raises:
-        ValueError: The run has half-widths, which go on with those of other goals only in a run from the start.
+        ValueError: The run estimates half-widths, but of dU alone; those of the other goals cannot begin midway.
     """
     errors = state["run_errors"]
     if state["error_history"] is not None or errors["interval"]["start"]:
@@ -120,9 +120,12 @@ def _upgrade(state: dict[str, Any]) -> None:
 
 
 def check_same(old: Content, new: Content, source: str) -> None:
-    """Check that a resumed run solves the problem of its checkpoint, by both resolved cases as plain data.
+    """Check that a resumed run solves the problem of its checkpoint.
 
-    Messages name the file `source`.
+    Args:
+        old: The resolved case of the checkpoint, as plain data.
+        new: That of the resumed run.
+        source: The file that messages name.
 
     Raises:
         InputError: Keys that are not in `FREE` differ; gives both values of each.
@@ -133,7 +136,7 @@ def check_same(old: Content, new: Content, source: str) -> None:
 
 
 def _differences(old: Content, new: Content, source: str, group: str = "") -> Iterator[InputError]:
-    """Yield an error for each key, with the prefix `group`, such as "mesh.", that differs and may not."""
+    """Yield an error for each key that differs but must not; names of keys begin with `group`, such as "mesh."."""
     for key in dict.fromkeys((*old, *new)):
         name = group + key
         if name in FREE:

@@ -1,4 +1,4 @@
-"""What a column of a table is, and the names of the columns of every gap or particle."""
+"""The declaration of a column of a table, and the names that it has for each gap or particle."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ WORDS: dict[str, dict[str, str]] = {
     MODE: {"_i": "mode i (the one that grows most, or decays most slowly, is the first)"},
     ENTRY: {"_i": "particle i, the first digit, per displacement of particle j, the second one (from upstream)"},
 }
-"""What there are columns of by their suffixes: those of a pair, and `_i` in larger rows."""
+"""What a column belongs to, in words, by its suffix: those of a pair, and `_i` for the number i in other tables."""
 SUFFIX = "_[0-9]+|_[LT]|"
 
 
@@ -30,24 +30,24 @@ class Shown(Enum):
     """Where a column is shown to readers who have not asked for all columns."""
 
     ALWAYS = "always"  # in every table
-    USUALLY = "usually"  # but in tables of relative velocities, which say most by a few columns
-    ON_REQUEST = "on request"  # nowhere: it is of interest to whoever judges the numerics
+    USUALLY = "usually"  # except in tables of relative velocities, in which a few columns say most
+    ON_REQUEST = "on request"  # in none: it only serves to judge the numerics
 
 
 @dataclass(frozen=True)
 class Column:
-    """A quantity in tables: with one column, one for each gap, particle or mode, or one for each two particles."""
+    """A quantity in tables: with one column, one per gap, particle or mode, or one per entry of a matrix."""
 
     name: str
     symbol: str  # symbol of the paper (TeX); `{_}`, in a subscript `{,}`, stands for the suffix
     meaning: str  # `{_}` stands for the suffix, `{of}` for the gap or particle
     unit: Kind = PURE
-    of: str = ""  # what it has a column for each of: `GAP`, `PARTICLE`, `MODE`, or `ENTRY` of a matrix of particles
+    of: str = ""  # it has one column per `GAP`, `PARTICLE`, `MODE`, or `ENTRY` of a matrix; "" for a single column
     shown: Shown = Shown.USUALLY
     whole: bool = False  # whether its values are whole numbers
     unknown: bool = False  # whether a value may be unknown, nan in the file
-    value: Callable[[Any], Any] | None = None  # makes it of what the computation of its question has found
-    half_width: str = ""  # the name of the column of the half-widths of its intervals, if there is one
+    value: Callable[[Any], Any] | None = None  # computes it from what its question has found; None: the question does
+    half_width: str = ""  # the name of the column with the half-widths of its intervals; "" if there is none
 
     def with_suffix(self, suffix: str) -> Column:
         """The column that this quantity has for one gap or particle.
@@ -66,14 +66,14 @@ class Column:
         return suffixes(self.of, n)
 
     def named(self, n: int) -> list[str]:
-        """The names of its columns in tables of `n` particles: of a pair, the leading one comes first."""
+        """The names of its columns in tables of `n` particles; in those of a pair the leading particle comes first."""
         return [self.name + suffix for suffix in self.suffixes(n)[:: -1 if n == 2 and self.of == PARTICLE else 1]]
 
 
 class Columns(Iterable[Column]):
-    """The columns that a table may have; of several with one name the last one counts.
+    """The columns that a table may have; if several have the same name, the last one counts.
 
-    A file need not have all of them: which ones depends on the case.
+    Which of them a file has depends on the case.
     """
 
     def __init__(self, *groups: Column | Iterable[Column]) -> None:
@@ -96,17 +96,17 @@ class Columns(Iterable[Column]):
         return found.with_suffix(suffix)
 
     def _split(self, name: str) -> tuple[Column, str]:
-        """The quantity that a name in a header is of, and its suffix."""
+        """The quantity to which a name in a header belongs, and the suffix of the name; KeyError if there is none."""
         if (alone := self._columns.get(name)) is not None and not alone.of:
             return alone, ""
         suffix = name[len(re.sub(f"({SUFFIX})$", "", name, count=1)) :]
         found = self._columns[name.removesuffix(suffix)]
-        if not found.of:  # a name of its own, such as t_L, is none of t
+        if not found.of:  # t, for instance, has a single column: t_L does not belong to it
             raise KeyError(name)
         return found, suffix
 
     def half_width(self, name: str) -> str:
-        """The column of the half-widths of a column of this name, "" if there is none: `dU_error_1` of `dU_1`."""
+        """The name of the column with the half-widths of a column, such as `dU_error_1` for `dU_1`; "" if none."""
         try:
             column, suffix = self._split(name)
         except KeyError:
@@ -114,7 +114,7 @@ class Columns(Iterable[Column]):
         return self.half_width_of(column, suffix)
 
     def half_width_of(self, column: Column, suffix: str) -> str:
-        """The column of the half-widths of a quantity for a gap or particle, "" if there is none.
+        """The name of the column with the half-widths of a quantity for one gap or particle, "" if there is none.
 
         Half-widths that all gaps or particles share have no suffix."""
         declared = self._columns.get(column.half_width)
@@ -133,16 +133,16 @@ class Columns(Iterable[Column]):
 
     @property
     def own(self) -> Columns:
-        """The columns whose values are functions of what the computation of their question has found."""
+        """The columns with a `value`, the function that computes them."""
         return Columns(each for each in self if each.value is not None)
 
     def own_row(self, n: int, found: Any) -> dict[str, float]:
-        """The values of the columns `own` in tables of `n` particles, by name, from what the computation has found."""
+        """The values of the columns `own` in a table of `n` particles, by name; `value` is called with `found`."""
         return table_row(n, {each: each.value(found) for each in self.own if each.value is not None})
 
 
 def suffixes(of: str, n: int) -> list[str]:
-    """The suffixes of the columns of every gap, particle, mode or entry of a matrix, from upstream.
+    """The suffixes of the columns of all gaps, particles, modes or entries of a matrix, from upstream.
 
     Args:
         of: `GAP`, `PARTICLE`, `MODE`, `ENTRY`, or "" for a quantity with one column.
@@ -162,24 +162,26 @@ def suffixes(of: str, n: int) -> list[str]:
 
 
 def suffixes_in(names: Iterable[str], column: Column) -> list[str]:
-    """The suffixes that the names of a column have among these names, in their order."""
+    """The suffixes with which a column occurs among these names, in their order."""
     pattern = re.compile(f"{column.name}({SUFFIX})")
     return [name.removeprefix(column.name) for name in names if pattern.fullmatch(name)]
 
 
 def names_of(n: int, *columns: Column) -> list[str]:
-    """The names of columns in tables of `n` particles: of a pair, the leading one comes first."""
+    """The names of columns in tables of `n` particles; in those of a pair the leading particle comes first."""
     return [name for column in columns for name in column.named(n)]
 
 
 def table_row(n: int, values: Mapping[Column, Any]) -> dict[str, float]:
-    """A row of a table of `n` particles by the names of its columns.
+    """A row of a table of `n` particles: its values by the names of its columns.
 
-    Each column has a number, one for each of the n - 1 gaps or the n particles from upstream or the n modes, or one for
-    each of the n^2 entries of a matrix, row by row.
+    Args:
+        n: Number of particles.
+        values: For each quantity its value, or a sequence of values: of the n - 1 gaps or n particles from upstream,
+            of the n modes, or of the n^2 entries of a matrix, row by row.
 
     Raises:
-        ValueError: A column has fewer or more values.
+        ValueError: A sequence has fewer or more values than the quantity has columns.
     """
     row: dict[str, float] = {}
     for column, value in values.items():

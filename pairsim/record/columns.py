@@ -1,7 +1,7 @@
 """The columns that tables of several questions share, and those of the tables of many cases.
 
-A column of one question alone is declared beside it. A question lists the columns of each of its tables
-(`Question.tables`), where they are found by the names in the header of a file.
+A column of one question only is declared in the file of that question. A question lists the columns of each of its
+tables (`Question.tables`), in which the names in the header of a file are looked up.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ def _correction(of: str, name: str, unit: Kind) -> Column:
 
 
 def _error(of: str, name: str, unit: Kind, by: str, shown: Shown = Shown.USUALLY) -> Column:
-    """The half-width of the interval of a quantity."""
+    """The half-width of the interval of a quantity; `by` names the sources of the error."""
     meaning = f"half-width of the interval of {name}{{_}}: error by {by}"
     return Column(f"{name}_error", r"\epsilon{_}", meaning, unit, of, shown, unknown=True)
 
@@ -31,7 +31,7 @@ def _by(name: str, symbol: str, words: str = "") -> Column:
 
 
 def _observed(name: str, symbol: str, meaning: str, unit: Kind = PURE, shown: Shown = Shown.USUALLY) -> Column:
-    """A column of the same name as in `Observation`, or in `Observation.conformation`."""
+    """A column named after an attribute of `Observation` or of `Observation.conformation`."""
     return Column(name, symbol, meaning, unit, shown=shown)
 
 
@@ -295,13 +295,13 @@ POLYMER_HEALTH = (
 )
 """Diagnostics of a viscoelastic liquid, the last columns of a table."""
 OBSERVED = (M, VOLUME_ERROR)
-"""Quantities that are read off the observation of a solution."""
+"""Quantities that are attributes of the `Observation` of a solution."""
 MOTION = (DISTANCE, U, DU, TAYLOR, DP, DP_PLUS)
-"""What tables of runs and curves have of every solution."""
+"""Columns that tables of runs and curves have for every solution."""
 YIELD_HEALTH = (REGULARISATION_ERROR, BRIDGE, CREEP, PLUG)
-"""Diagnostics of quasi-steady solutions that follow in a liquid with a yield stress."""
+"""Further diagnostics of quasi-steady solutions in liquids with a yield stress."""
 FORCES = (F, F_CORRECTION, F_ERROR)
-"""What curve.csv has of every particle, if their velocity is prescribed."""
+"""Columns that curve.csv has for every particle if the velocity of the particles is prescribed."""
 STEADY_HEALTH = (T_RELAX, MESHES, *OBSERVED, DISTORTION)
 """Diagnostics of quasi-steady solutions, before those of a viscoelastic liquid."""
 STEADY = (*STEADY_HEALTH, *POLYMER_HEALTH, *YIELD_HEALTH)
@@ -320,11 +320,11 @@ EQUILIBRIA_COLUMNS = Columns(DISTANCE, STABLE, SLOPE, PEAK, D_ERROR, CERTAIN)
 STATE_COLUMNS = (T, *MOTION, Z)
 """The columns that series.csv begins with."""
 CYCLE_COLUMNS = (DRIFT, DRIFT_ERROR)
-"""Columns of the cycles of a flow that varies; they follow the column of the flow, where there are distances."""
+"""Columns about the cycles of a flow that varies; they follow the column of the flow if there are two particles."""
 ESTIMATE_COLUMNS = (DU_DISCRETE, DU_CORRECTION)
-"""Columns of the estimate that dU contains; they follow where a run carries its error along."""
+"""dU without its error estimate, and that estimate; they come next in runs that transport their error."""
 ERROR_COLUMNS = (DU_ERROR, U_ERROR, TAYLOR_ERROR, DP_PLUS_ERROR)
-"""The half-widths of a run, which follow where they are known."""
+"""The half-widths of a run, which come next if they are known."""
 RUN_HEALTH = (DT, NEWTON, MESH, *OBSERVED, DISTORTION)
 """Diagnostics of a run, before those of a viscoelastic liquid."""
 SERIES_COLUMNS = Columns(
@@ -333,11 +333,11 @@ SERIES_COLUMNS = Columns(
 """The columns that series.csv may have, in their order."""
 
 SHARED = Columns([each for each in vars().values() if isinstance(each, Column)], POLYMER_HEALTH)
-"""All of them."""
+"""All columns declared above."""
 
 
 def observed(observation: Any) -> dict[Column, Any]:
-    """The values that are read off the `Observation` of a solution."""
+    """The values of the columns in `OBSERVED`, and in `POLYMER_HEALTH` if there is a polymer, of an `Observation`."""
     values = {each: getattr(observation, each.name) for each in OBSERVED}
     polymer = POLYMER_HEALTH if observation.conformation is not None else ()
     return values | {each: getattr(observation.conformation, each.name) for each in polymer}
@@ -388,4 +388,4 @@ SWEEP_COLUMNS = Columns(
     DU_SPREAD,
     SEPARATE,
 )
-"""Columns that only results.csv has, beside those of the main table of its question."""
+"""The columns of results.csv other than those of the main table of its question."""

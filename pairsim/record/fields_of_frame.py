@@ -56,7 +56,10 @@ def elastic_stress(body: Body, h: Array) -> Array:
 
 @dataclass(frozen=True)
 class SteadyMoment:
-    """A quasi-steady solution with those attributes of a time step that `frame` needs; `t` is what it is found by."""
+    """A quasi-steady solution with the attributes of a time step that `frame` needs.
+
+    `t` is the number by which the frame is found, such as the distance [D_c].
+    """
 
     t: float
     scene: Scene
@@ -119,7 +122,7 @@ def steady_frame(t: float, solver: SteadySolver) -> FieldFrame:
     """All fields of the present quasi-steady solution.
 
     Args:
-        t: What the frame is found by, such as the distance d.
+        t: The number by which the frame is found, such as the distance d [D_c].
         solver: The scene, at its solution.
     """
     (h, x), flow = solver.state(), solver.developed_flow
@@ -128,7 +131,7 @@ def steady_frame(t: float, solver: SteadySolver) -> FieldFrame:
 
 
 def _at_nodes(values: Array, mesh: SixNodeMesh) -> Array:
-    """Values at the vertices of a mesh, and their means at the nodes between them."""
+    """Values at all nodes of a mesh from those at its vertices: a node amid a side has the mean of its two ends."""
     p = np.zeros(len(mesh.parents))
     p[mesh.vertices] = values
     return np.asarray(p[mesh.parents].mean(axis=1))

@@ -31,7 +31,7 @@ OWN_FILES = (
     REPORT,
     *(f"{stem}.{end}" for stem in (*PICTURES, *(f"field-{n}" for n in FIELD_NAMES)) for end in PICTURE_ENDINGS),
 )
-"""Files of all commands in a folder of results, but for `frame_files`, and for the tables and pictures of a command."""
+"""Files that any command may write into a folder of results, beside `frame_files` and its own tables and pictures."""
 
 
 def part_of(path: Path) -> Path:
@@ -53,7 +53,12 @@ def write_text(path: Path, text: str) -> None:
 
 
 def write_file(path: Path, content: str | bytes, key: str = "") -> None:
-    """Write a file; its folder is made if needed. The `key` is that of an error, such as the option with the path.
+    """Write a file; its folder is made if needed.
+
+    Args:
+        path: The file.
+        content: Its text or bytes.
+        key: What an error names as the key, such as the option that gave the path.
 
     Raises:
         InputError: It cannot be written.
@@ -66,10 +71,10 @@ def write_file(path: Path, content: str | bytes, key: str = "") -> None:
 
 
 def write_bytes(path: Path, content: bytes) -> None:
-    """Write a file aside and rename it: whatever ends the process, readers see either the old or the new content.
+    """Write a file under a temporary name and rename it: however the process ends, readers see old or new content.
 
-    It is not forced onto the disk, which takes 5 to 10 ms a file: what counts is the death of the process, not that of
-    the machine.
+    The file is not flushed to the disk, which would take 5 to 10 ms: this guards against the end of the process, not
+    against a crash of the machine.
 
     Raises:
         OSError: It cannot be written; the old file is kept, and the error names it.
@@ -87,7 +92,7 @@ def write_bytes(path: Path, content: bytes) -> None:
 
 @contextmanager
 def naming(path: Path) -> Iterator[None]:
-    """Context in which an OSError gets the name of a file, which those of writing to an open one do not have."""
+    """Context that adds the name of a file to any OSError; errors in writing to an open file come without it."""
     try:
         yield
     except OSError as error:
@@ -96,17 +101,17 @@ def naming(path: Path) -> Iterator[None]:
 
 
 def plain(value: Any, where: str = "") -> Any:
-    """Convert numpy numbers and arrays, paths and tuples, also in nested values, to types that YAML and JSON have.
+    """Convert numpy numbers and arrays, paths and tuples, also nested ones, to types that YAML and JSON have.
 
-    Error messages name the dotted key of the value, which is `where`.
+    Error messages name the value by `where`, its dotted key.
 
     Raises:
         ValueError: A number is nan; the message names its key.
         TypeError: A value is of a type that cannot be converted.
     """
-    import numpy as np  # its threads begin while SIGTERM is blocked, see runtime/fenicsx
+    import numpy as np  # not at the top: its threads must begin while SIGTERM is blocked, see runtime/fenicsx
 
-    if isinstance(value, np.floating):  # of those with more digits than float `tolist` makes themselves
+    if isinstance(value, np.floating):  # `tolist` leaves those with more digits than a float unchanged
         return plain(float(value), where)
     if isinstance(value, np.ndarray | np.generic):
         numbers = value.astype(float) if isinstance(value, np.ndarray) and value.dtype == np.longdouble else value
@@ -118,7 +123,7 @@ def plain(value: Any, where: str = "") -> Any:
     if isinstance(value, float):
         if math.isnan(value):
             raise ValueError(f"{where or 'value'}: must be a number, not nan")
-        return value + 0.0  # no -0.0, which would make another case
+        return value + 0.0  # turns -0.0 into 0.0, lest one case have two hashes
     if isinstance(value, Path | str):
         return printable(str(value))
     if value is None or isinstance(value, bool | int):
@@ -128,7 +133,12 @@ def plain(value: Any, where: str = "") -> Any:
 
 
 def prepare_folder(folder: Path, overwrite: bool = False, files: Iterable[str] = OWN_FILES) -> None:
-    """Make a folder for results, and its parents, or remove the files of earlier results from it; others are kept.
+    """Make a folder for results, and its parents; if it exists, remove the files of earlier results from it.
+
+    Args:
+        folder: The folder.
+        overwrite: Whether earlier results in it may be removed.
+        files: Names of the files to remove; all others are kept.
 
     Raises:
         InputError: It cannot be used as a folder, or it is not empty and `overwrite` is not set.
@@ -174,7 +184,7 @@ def write_json(path: Path, content: Mapping[str, object]) -> None:
 
 MARKS = {"study.csv": "study", "sweep.json": "sweep"}
 """The files by which the folder of a command for many cases is recognised."""
-MOST_FOLDERS = 5  # that a message names
+MOST_FOLDERS = 5  # most folders that a message names
 
 
 def kind_of(directory: Path) -> str:
@@ -202,7 +212,7 @@ def kind_of(directory: Path) -> str:
 
 
 def read_json(path: Path) -> dict[str, Plain]:
-    """The content of a JSON file with entries by name; none if it is missing or invalid."""
+    """The entries of a JSON file by name; empty if it is missing or invalid."""
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):

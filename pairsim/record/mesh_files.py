@@ -1,4 +1,4 @@
-"""Meshes with named parts as files that meshers and viewers read, written by meshio."""
+"""Files of meshes with named parts, for meshers and viewers; meshio writes them."""
 
 from __future__ import annotations
 
@@ -13,10 +13,12 @@ import numpy as np
 from pairsim.runtime.arrays import Array, Indices
 
 FORMATS = {".msh": "gmsh22", ".vtu": "vtu", ".vtk": "vtk", ".xdmf": "xdmf", ".inp": "abaqus"}
-"""Formats of meshio that have six-node triangles beside their three-node sides, by the ending of the file. Of gmsh's
-formats meshio keeps the names of parts in 2.2 alone."""
+"""Formats of meshio that can hold six-node triangles and their three-node sides, by the ending of the file.
+
+Of gmsh's formats, meshio keeps the names of parts only in version 2.2.
+"""
 ONE_FILE = {"xdmf": {"data_format": "XML"}}
-"""Options of formats by which nothing is written beside the file."""
+"""Options with which a format needs no second file."""
 
 
 @dataclass(frozen=True)
@@ -34,14 +36,14 @@ class NamedMesh:
     boundaries: Mapping[str, Indices]
 
     def scaled(self, factor: float) -> NamedMesh:
-        """The mesh with all coordinates times a factor."""
+        """The mesh with all coordinates multiplied by a factor."""
         return replace(self, points=factor * self.points)
 
     def content(self, ending: str) -> bytes:
         """The content of a file with one of the endings in `FORMATS`.
 
-        Gmsh's files have the names as physical groups, Abaqus's as element sets; others have a field over the cells,
-        whose name is all names, joined by -, and whose values are their numbers, from 0.
+        Gmsh's files have the parts as physical groups, Abaqus's as element sets. The others have a cell field, whose
+        name is the names of all parts joined by "-", and whose values are the numbers of the parts, from 0.
         """
         import meshio
 

@@ -42,9 +42,9 @@ FILE = "run.json"
 
 @dataclass(frozen=True)
 class Record(Mapping[str, Any]):
-    """What run.json says, entry by entry as a mapping, and what every question writes as attributes.
+    """The content of run.json: a mapping of its entries, with attributes for those that all questions share.
 
-    Entries that this version does not know, of an older or a newer one, are kept.
+    Entries that this version does not know, written by an older or a newer one, are kept.
     """
 
     content: Mapping[str, object] = field(default_factory=dict)
@@ -115,7 +115,7 @@ class Record(Mapping[str, Any]):
 
     @property
     def key(self) -> str | None:
-        """Hash of the case; version 0.2 wrote none."""
+        """Hash of the case; None in records of version 0.2, which wrote none."""
         return KEY.of(self)
 
     @property
@@ -130,27 +130,27 @@ class Record(Mapping[str, Any]):
 
     @property
     def wall_time(self) -> float | None:
-        """Wall time [s]."""
+        """Wall time [s]; None where it is not known."""
         return SECONDS.of(self)
 
     @property
     def peak_memory(self) -> int | None:
-        """Peak memory of the process [bytes]."""
+        """Peak memory of the process [bytes]; None where it is not known."""
         return PEAK_MEMORY.of(self)
 
     @property
     def steps(self) -> int | None:
-        """Accepted time steps."""
+        """Number of accepted time steps; None if nothing was integrated in time."""
         return TIME_STEPS.of(self)
 
     @property
     def points(self) -> int | None:
-        """Points of a curve, or steady states."""
+        """Number of points of a curve, or of steady states; None if the question has none."""
         return POINTS.of(self)
 
     @property
     def unknowns(self) -> int | None:
-        """Unknowns of the largest linear system."""
+        """Number of unknowns of the largest linear system; None where it is not known."""
         return SIZE.of(self)
 
     @property
@@ -160,7 +160,7 @@ class Record(Mapping[str, Any]):
 
     @property
     def notes(self) -> Sequence[str]:
-        """What the answer adds, such as which liquid the atlas has that gave it."""
+        """Remarks that the answer ends with, such as the liquid of the atlas from which it was interpolated."""
         return NOTES.of(self) or ()
 
     @cached_property
@@ -182,25 +182,28 @@ class Record(Mapping[str, Any]):
 
     @cached_property
     def inputs(self) -> list[Input]:
-        """The quantities that the case is given by; none without a `physical` block."""
+        """The physical quantities by which the case is given; empty without a `physical` block."""
         from pairsim.cases.inputs import Input  # loads numpy
 
         return [Input(**each) for each in INPUTS.of(self) or ()]
 
     def cost(self, *columns: Column) -> dict[str, float]:
-        """The entries that are columns of results.csv, too, as far as they are known."""
+        """The values of columns of results.csv that are also entries of the record, by name, as far as it has them."""
         return {each.name: self[each.name] for each in columns if each.name in self}
 
 
 def no_units(source: str) -> InputError:
-    """The error where units are needed of a case without a `physical` block."""
+    """The error if units are needed, but the case has no `physical` block; the message names `source`."""
     return InputError(source, "", None, "must be the result of a case with a physical block (docs/how-to/units.md)")
 
 
 def scales_for(folders: Sequence[Path], physical: bool | None) -> list[Scales]:
-    """The units of the cases of folders; none where numbers are to be dimensionless.
+    """The units in which to show the results of folders, one for each; empty if they are to be dimensionless.
 
-    They are to be in um, s, um/s and Pa if `physical` is True, or None and all cases have a `physical` block.
+    Args:
+        folders: The folders.
+        physical: True for um, s, um/s and Pa, False for dimensionless numbers; None for units if all cases have a
+            `physical` block.
 
     Raises:
         InputError: `physical` is set, and a case has no such block.

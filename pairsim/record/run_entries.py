@@ -1,4 +1,4 @@
-"""Entries of run.json: what a record says, declared once. Nothing here loads numpy, as questions declare theirs."""
+"""The entries of run.json. Nothing here loads numpy, since each question imports this file to declare its entries."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Entry[V]:
-    """An entry of run.json, declared once; those of one question alone beside that, in its `Question.entries`."""
+    """An entry of run.json. Those of a single question are declared in its file, and listed in `Question.entries`."""
 
     name: str
     meaning: str
@@ -34,10 +34,11 @@ type Entries = Mapping[Entry[Any], Any]
 
 
 class Settled(TypedDict, total=False):
-    """What is quasi-steady at the last distances of a run, of each gap from upstream; a message alone where nothing is.
+    """The quasi-steady solution at the last distances of a run; only a message if there is none.
 
-    `creeps` and `held_together` are there where unyielded liquid makes them true; `accuracy` is the part of dU that may
-    be an error.
+    `d` [D_c], `dU` and `dU_error` [U_av] have a value for each gap from upstream; `t_relax` is the decay time of a
+    disturbance [D_c/U_av], `start` how the run began, and `accuracy` the fraction of dU that its error may be. `creeps`
+    and `held_together` are present only where unyielded liquid makes them true.
     """
 
     d: Sequence[float]
@@ -52,12 +53,14 @@ class Settled(TypedDict, total=False):
 
 
 class WholeCycles(TypedDict, total=False):
-    """The whole cycles of a flow that varies, and what the distances did over the last one, of each gap from upstream.
+    """The whole cycles of a flow that varies, and what the distances did over the last one.
 
-    `cycle` is how long one takes [D_c/U_av], `U_av` what gave the unit of velocity, `whole` their number. Of one on,
-    `drift` is the change of the distances [D_c], with the half-width, None where it is not known, and `dU_peak` the
-    largest |dU| [U_av]. Of two on, `change` is the mean |dU| by which cycles to come may differ [U_av], and `periodic`
-    and `known` say whether that, and the half-width, are within the part `accuracy` of `dU_peak`.
+    `shape` is that of the flow, `cycle` the duration of a cycle [D_c/U_av], `repeats` whether the flow is periodic,
+    `U_av` what gave the unit of velocity (see `Case.unit_of_flow`), and `whole` the number of whole cycles. After the
+    first cycle, `drift` is the change of each distance from upstream [D_c], `drift_error` its half-width, None where it
+    is not known, and `dU_peak` the largest |dU| [U_av]. After the second one, `change` is the mean |dU| by which cycles
+    to come may differ [U_av]; `periodic` and `known` say whether this change, and the half-widths, are within the
+    fraction `accuracy` of `dU_peak`.
     """
 
     shape: str
@@ -75,10 +78,10 @@ class WholeCycles(TypedDict, total=False):
 
 
 class DrawnEnds(TypedDict):
-    """The range of dU in most draws of the inputs [um/s], over the distance d [D_c].
+    """The range of dU in most draws of the inputs, from `least` to `largest` [um/s], over the distance d [D_c].
 
-    `outside` is the part of the draws that the atlas does not cover, `beyond` in which numbers, and `missing` are those
-    that differ between draws, but not in the atlas.
+    `outside` is the fraction of the draws that lie outside the atlas, `beyond` the numbers in which they do, and
+    `missing` the numbers that differ between draws but have one value in the atlas.
     """
 
     d: Array | Sequence[float]
@@ -107,7 +110,7 @@ SCALES: Entry[UnitSizes] = Entry("scales", "units of length, time, velocity and 
 INPUTS: Entry[list[WrittenInput]] = Entry("inputs", "the quantities of the physical block, with half-widths")
 PHASES = Entry[Mapping[str, float]]("wall_time_by_phase", "wall time of each phase in s")
 COMMON = (KIND, STATUS, REASON, MESSAGE, STARTED, COMMAND, MACHINE, VERSIONS, SECONDS, PEAK_MEMORY, KEY, LAWS)
-"""The entries of every question."""
+"""The entries that records of all questions have, before their own."""
 AT_THE_END = (WARNINGS, SCALES, INPUTS, PHASES)
 """Entries that are written when a computation has ended, after those of its question."""
 SIZE = Entry[int](UNKNOWNS.name, "unknowns of the largest linear system")

@@ -1,4 +1,4 @@
-"""A table of results: its columns as arrays, found by what they are or by their names."""
+"""A table of results: its columns as arrays, looked up by their declaration or by name."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pairsim.runtime.arrays import Array
 
 NOTHING_DECLARED = Columns()
 type Cell = float | str | bool | None
-"""What stands in a row of a table: a number, a whole one of a count, or a word."""
+"""A value in a row of a table: a number (whole if it is a count), a text, a truth value, or None if it is empty."""
 
 
 class Table(Mapping[str, Array]):
@@ -25,7 +25,7 @@ class Table(Mapping[str, Array]):
 
     Args:
         columns: The arrays by name.
-        declared: The columns that such a table may have, which know symbols, meanings and units.
+        declared: The columns that such a table may have, with their symbols, meanings and units.
     """
 
     def __init__(self, columns: Mapping[str, Array] | None = None, declared: Columns = NOTHING_DECLARED) -> None:
@@ -33,7 +33,7 @@ class Table(Mapping[str, Array]):
 
     @classmethod
     def of_rows(cls, rows: Iterable[Mapping[str, Cell]], declared: Columns = NOTHING_DECLARED) -> Table:
-        """The table of rows, which have the same names."""
+        """The table with these rows, which must all have the same names."""
         listed = list(rows)
         return cls({name: np.array([row[name] for row in listed]) for name in (listed[0] if listed else ())}, declared)
 
@@ -90,20 +90,20 @@ class Table(Mapping[str, Array]):
 
     @property
     def gaps(self) -> list[str]:
-        """The suffixes of dU."""
+        """The suffixes of the gaps, which are those of dU."""
         return self.suffixes(DU)
 
     def varied(self, gap: str = "") -> Column:
-        """The distance over which dU of a gap is a curve: its own, or the one that alone varies."""
+        """The distance over which dU of a gap is a curve: the only one that varies, or else that of the gap itself."""
         moving = [suffix for suffix in self.suffixes(DISTANCE) if np.ptp(self.of(DISTANCE, suffix)) > 0]
         return DISTANCE.with_suffix(moving[0] if len(moving) == 1 else gap)
 
     def where(self, wanted: Any) -> Table:
-        """The rows that are wanted: a mask, a slice, or numbers of rows."""
+        """The table with the rows that `wanted` selects: a mask, a slice, or the numbers of rows."""
         return Table({name: values[wanted] for name, values in self.items()}, self.declared)
 
     def converted(self, scales: Scales | None) -> Table:
-        """The table in um, s, um/s and Pa, by the scales of an experiment; as it is without."""
+        """The table in um, s, um/s and Pa, by the scales of an experiment; unchanged if these are None."""
         factors = {name: each.unit.factor(scales) for name in self if (each := self.declared.get(name)) is not None}
         changed = {name: self[name] * factor for name, factor in factors.items() if factor != 1}
         return self | changed

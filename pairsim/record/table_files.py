@@ -1,4 +1,4 @@
-"""Tables as CSV files: their reader and their writer, without pandas, whose import takes as long as solving a case."""
+"""Reader and writer of tables as CSV files, without pandas, whose import takes as long as solving a case."""
 
 from __future__ import annotations
 
@@ -28,20 +28,20 @@ def read_table(path: Path | str, declared: Columns = NOTHING_DECLARED, *, missin
     Args:
         path: The CSV file.
         declared: The columns that it may have.
-        missing_ok: Whether a file that is not there is a table without columns.
+        missing_ok: Whether a missing file is read as a table without columns.
 
     Returns:
-        An array of shape (rows,) for each column, in the order of the header: of floats (nan where nothing is known),
-        of bool (true and false), or of text.
+        An array of shape (rows,) for each column, in the order of the header: of floats (nan in empty cells), of bool
+        (true and false), or of text.
 
     Raises:
-        InputError: The file is missing, has no header, or has a row with more or fewer values.
+        InputError: The file is missing, has no header, or has a row with another number of values than the header.
     """
     file = Path(path)
     if missing_ok and not file.exists():
         return Table({}, declared)
     try:
-        text = file.read_text(encoding="utf-8-sig")  # spreadsheets put a mark in front, and write TRUE
+        text = file.read_text(encoding="utf-8-sig")  # spreadsheets write a byte-order mark first, and TRUE for true
         names, *rows = csv.reader(text[: text.rfind("\n") + 1].splitlines()) if "\n" in text else [[]]
         if not names or not all(names):
             raise ValueError("no names of columns")
@@ -75,17 +75,22 @@ def cell(value: Any) -> str:
 
 
 def table_text(first: Iterable[Any], rows: Iterable[Iterable[Any]] = ()) -> str:
-    """A table as CSV: its first line, such as the names of its columns, and rows of values as `cell` writes them."""
+    """A table as CSV: a first line, such as the names of its columns, and rows of values, all written by `cell`."""
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows(map(cell, row) for row in (first, *rows))
     return text.getvalue()
 
 
 class TableWriter:
-    """Writes a table row by row; after each row the file, which is replaced at first, holds them all: `count` rows.
+    """Writes a table row by row. After each row the file is complete, with `count` rows.
 
-    If `ascending`, rows are kept in order of the first columns, and the file is replaced at each row, to which rows are
-    otherwise appended. A number may be unknown in those columns whose declaration says so.
+    Args:
+        path: The file; an earlier one is replaced.
+        columns: The names of the columns.
+        rows: Rows to begin with.
+        declared: The declarations of the columns, which say in which of them a number may be unknown (nan).
+        ascending: Whether rows are sorted by their first columns, for which the whole file is written anew at each row;
+            otherwise rows are appended.
 
     Raises:
         ValueError: As for `row`.
@@ -112,7 +117,7 @@ class TableWriter:
         """Add a row.
 
         Args:
-            values: Values by column; those of other columns are left out.
+            values: Values by column; those of columns that the table does not have are ignored.
 
         Raises:
             ValueError: A column has no value, or a number is infinite, or nan in a column that may not be unknown.

@@ -1,4 +1,4 @@
-"""Tables as pandas frames: with units, converted to them, and as text."""
+"""Tables as pandas frames: their units, conversion to physical units, and their text."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ from pairsim.record.table_files import cell, table_text
 
 DIGITS = "{:.5g}".format
 UNITS, SHOWN, HALF_WIDTHS = "units", "shown", "half_widths"
-"""Attributes of frames, by the names of columns: their units, where they are shown (`Shown`), and the columns of their
-half-widths."""
+"""Entries of the `attrs` of frames, each a mapping from the names of columns to their unit, to where they are shown
+(`Shown`), or to the column of their half-widths."""
 ASCII = {ord("\N{GREEK SMALL LETTER MU}"): "u", ord("\N{MICRO SIGN}"): "u", ord("\N{MIDDLE DOT}"): "."}
-"""Units as they are written in cases."""
-MOST_ROWS = 40  # of a table on a screen that is not asked for all
+"""Replacements by which units are written as in case files."""
+MOST_ROWS = 40  # most rows of a table on the screen, unless all are asked for
 
 
 def frame_of(table: Table) -> pd.DataFrame:
-    """The columns of a table as a frame: counts are integers, and `attrs["units"]` has the unit of each column."""
+    """A table as a frame, in which counts are integers and `attrs["units"]` has the unit of each column."""
     return described(pd.DataFrame(dict(table)), table.declared)
 
 
 def described(frame: pd.DataFrame, declared: Columns) -> pd.DataFrame:
-    """The frame with its counts and flags as integers, and with what is declared of its columns in `attrs`."""
+    """The frame with its counts and flags as integers, and the declarations of its columns in `attrs`."""
     for name in frame.columns:
         whole = (entry := declared.get(str(name))) is not None and entry.whole
         if whole and pd.api.types.is_numeric_dtype(frame[name]):
@@ -42,9 +42,9 @@ def described(frame: pd.DataFrame, declared: Columns) -> pd.DataFrame:
 
 
 def with_units(frame: pd.DataFrame, declared: Columns, converted: Collection[str] = ()) -> pd.DataFrame:
-    """The frame with `attrs["units"]`: the unit of each column by its name, "" for pure numbers.
+    """The frame with the entries `UNITS`, `SHOWN` and `HALF_WIDTHS` of its `attrs`.
 
-    Columns that are converted have physical units.
+    Units are "" for pure numbers, physical ones for columns in `converted`, and dimensionless ones for all others.
     """
     known = {name: declared.get(name) for name in map(str, frame.columns)}
     units = {name: PURE if entry is None else entry.unit for name, entry in known.items()}
@@ -57,12 +57,16 @@ def with_units(frame: pd.DataFrame, declared: Columns, converted: Collection[str
 def in_units(
     frame: pd.DataFrame, declared: Columns, scales: Sequence[Scales], keys: Collection[str] = ()
 ) -> pd.DataFrame:
-    """The frame in um, s, um/s, Pa and nN, by the scales of the experiment of each row; some columns stay as they are.
+    """The frame in um, s, um/s, Pa and nN; cells may be lists.
 
-    Cells may be lists.
+    Args:
+        frame: The frame.
+        declared: The declarations of its columns.
+        scales: The scales of the experiment of each row.
+        keys: Columns that are not converted.
 
     Raises:
-        TypeError: A column that has a unit has something else than numbers.
+        TypeError: A column that has a unit holds something other than numbers.
     """
     converted: dict[str, list[Any]] = {}
     for name in (str(each) for each in frame.columns if each not in keys):
@@ -73,9 +77,10 @@ def in_units(
 
 
 def with_numbers(frame: pd.DataFrame, keys: Iterable[str]) -> pd.DataFrame:
-    """The frame with quantities of an experiment as numbers in one unit, that of the first one, which `attrs` names.
+    """The frame with quantities of an experiment, texts such as "5 kPa", as numbers.
 
-    Half-widths are left out. A column stays as it is that has something else, such as quantities of two kinds.
+    All numbers of a column have the unit of its first quantity, which is named in `attrs`; half-widths are left out.
+    A column with anything else, such as quantities of two kinds, stays unchanged.
     """
     for key in (each for each in keys if each.startswith(f"{BLOCK}.") and each in frame):
         cells = [cell if isinstance(cell, list) else [cell] for cell in frame[key]]
@@ -90,19 +95,19 @@ def with_numbers(frame: pd.DataFrame, keys: Iterable[str]) -> pd.DataFrame:
 
 
 def _number(cell: Any, numbers: Mapping[str, float]) -> Any:
-    """The number of a quantity, or those of a list of them; what is not given is not a number."""
+    """The number of a quantity, or a list of those of several; nan if none is given."""
     return [_number(each, numbers) for each in cell] if isinstance(cell, list) else numbers.get(cell, math.nan)
 
 
 def _times(value: Any, size: float) -> Any:
-    """A number, or the numbers of a list, times a factor: 0.0833333333333333 D_c are 5 um, and no 4.999999999999998."""
+    """A number or list times a factor, with 12 digits: 0.0833333333333333 D_c becomes 5 um, not 4.999999999999998."""
     if isinstance(value, list):
         return [_times(each, size) for each in value]
     return value if value is None else float(f"{value * size:.12g}")
 
 
 def stacked(frames: Sequence[pd.DataFrame]) -> pd.DataFrame:
-    """Frames one below the other; a column that one of them lacks is unknown there."""
+    """Stack frames one below the other; in the rows of a frame that lacks a column, its values are missing."""
     found = pd.concat(frames, ignore_index=True)
     units, shown, half_widths = (
         {key: value for each in frames for key, value in each.attrs[of].items()} for of in (UNITS, SHOWN, HALF_WIDTHS)
@@ -124,10 +129,10 @@ def headings(table: pd.DataFrame) -> list[str]:
 
 
 def readable(frame: pd.DataFrame, whole: bool = False) -> pd.DataFrame:
-    """The frame with half-widths beside what they belong to; the columns of less interest come last if `whole`.
+    """The frame with its main columns, each followed by its half-widths; if `whole`, the others come after these.
 
-    Else they are left out: of relative velocities all but those that are always shown and keys that vary, of other
-    tables those that are shown on request.
+    The main columns of a table of relative velocities are those that are always shown, and keys that vary; those of
+    other tables are all that are not only shown on request.
     """
     names, known = [str(name) for name in frame.columns], frame.attrs.get(SHOWN, {})
     half_widths: Mapping[str, str] = frame.attrs.get(HALF_WIDTHS, {})
@@ -141,7 +146,7 @@ def readable(frame: pd.DataFrame, whole: bool = False) -> pd.DataFrame:
 
 
 def brief(table: pd.DataFrame) -> pd.DataFrame:
-    """The table for readers: units after the names of columns, lists as numbers with spaces between, unknown empty."""
+    """The table for readers: units follow the names of columns, lists are separated by spaces, unknown cells empty."""
 
     def words(values: list[Any]) -> str:
         return " ".join(DIGITS(each) if isinstance(each, float) else cell(each) for each in values)
@@ -156,6 +161,6 @@ def brief(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def screen_text(table: pd.DataFrame, width: int, whole: bool = False) -> str:
-    """A table to be read on a screen of so many characters: five digits, and the main columns unless `whole`."""
+    """A table as text for a screen of `width` characters: five digits, and the main columns unless `whole`."""
     shown, rows = brief(readable(table, whole)), None if whole else MOST_ROWS
     return str(shown.to_string(index=False, max_rows=rows, line_width=width, float_format=DIGITS, na_rep=""))

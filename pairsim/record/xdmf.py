@@ -1,12 +1,12 @@
 """Fields on a moving mesh: a file for each frame, and fields.xdmf, the index of these files.
 
 A frame, `fields/NUMBER.h5`, holds the fields at one time together with their mesh, since geometry and topology change
-with time. It is written aside and renamed, and fields.xdmf, which is then replaced in the same way, names whole frames
-only, whatever ends the process. Its paths are relative, so that a folder may be moved.
+with time. It is written under a temporary name and renamed; fields.xdmf is then replaced in the same way, and so lists
+complete frames only, however the process ends. Its paths are relative, so that a folder may be moved.
 
-fields.xdmf is a temporal collection, with those features of XDMF alone that ParaView, pyvista (VTK) and meshio all
-read. ParaView and pyvista show the deformed particles at every time. `meshio.xdmf.TimeSeriesReader` uses the mesh of
-the first time for all times; for another one set `reader.mesh_grid = reader.collection[k]` before
+fields.xdmf is a temporal collection that uses only features of XDMF that ParaView, pyvista (VTK) and meshio all read.
+ParaView and pyvista show the deformed particles at every time. `meshio.xdmf.TimeSeriesReader` uses the mesh of the
+first time for all times; to read another one, set `reader.mesh_grid = reader.collection[k]` before
 `read_points_cells`. `meshio.read` rejects XDMF files with times.
 
 Vectors are stored with three components (z, r, 0), those of disturbances off the axis as (z, r, theta); symmetric
@@ -33,8 +33,8 @@ from pairsim.runtime.errors import InputError
 TENSOR = ("zz", "zr", "rr", "tt")
 ELASTIC = "tau_s"  # 0 in the liquid
 DISTURBED_VELOCITY, DISTURBED_PRESSURE = "velocity_disturbance", "pressure_disturbance"
-"""What names of disturbances begin with; the number of the particle follows that is displaced."""
-OF_LIQUID = "tau_p", "tr_c", "pressure_extra", DISTURBED_PRESSURE, *FIELDS  # what begins so is 0 in the particles
+"""Beginnings of the names of disturbances, each followed by "_" and the number of the displaced particle."""
+OF_LIQUID = "tau_p", "tr_c", "pressure_extra", DISTURBED_PRESSURE, *FIELDS  # fields named so are 0 in the particles
 HEAD = """<?xml version="1.0" encoding="utf-8"?>
 <Xdmf Version="3.0">
  <Domain>
@@ -45,7 +45,7 @@ END = """  </Grid>
 </Xdmf>
 """
 REFERENCE = re.compile(r"(fields/\d+\.h5):/cells")
-"""The file of a frame, relative to the folder, in the reference to its cells."""
+"""Matches the reference to the cells of a frame; its group is the file of the frame, relative to the folder."""
 
 
 def unit_of_field(name: str) -> Kind:
@@ -61,7 +61,7 @@ class FieldFrame:
     """The fields at one time on the deformed mesh.
 
     Attributes:
-        t: Time [D_c/U_av]; for a curve the distance [D_c], for focus the value of what is followed.
+        t: Time [D_c/U_av]; for a curve the distance [D_c], for `focus` the value of the parameter that is followed.
         points: Coordinates z, r of the nodes of the deformed mesh [D_c], shape (n, 2).
         cells: Numbers of the six nodes of each triangle in the order of VTK, shape (m, 6).
         region: 0 in the liquid, i in particle i from upstream, shape (m,).
@@ -77,7 +77,7 @@ class FieldFrame:
 
     @property
     def stored(self) -> dict[str, NDArray[np.float64]]:
-        """Position and fields as they are stored, by name; see the description of this module."""
+        """Position and fields as they are stored, by name; see the docstring of this module."""
         found = dict[str, NDArray[np.float64]]()
         for name, given in {"position": self.points, **self.point_data}.items():
             values = np.asarray(given, dtype=np.float64)
@@ -93,7 +93,11 @@ class FieldFrame:
 
 
 class FieldsWriter:
-    """Writes frames as they are computed into a folder, of whose frames it keeps some first ones alone.
+    """Writes frames into a folder as they are computed.
+
+    Args:
+        folder: The folder.
+        keep: Number of its earlier frames that are kept, the first ones; all others are removed.
 
     Raises:
         InputError: fields.xdmf is damaged.
@@ -115,7 +119,7 @@ class FieldsWriter:
         return len(self._grids)
 
     def write(self, frame: FieldFrame) -> None:
-        """Write a frame, and the index in the order of times; a time that has a frame keeps it.
+        """Write a frame, and the index in the order of times; nothing is done if there is a frame of that time already.
 
         Raises:
             ValueError: A number of the frame is not finite.
@@ -143,7 +147,7 @@ class FieldsWriter:
 
 
 def _hdf5_content(arrays: dict[str, NDArray[Any]]) -> bytes:
-    """The content of an HDF5 file with these datasets; made in memory, as a full disk may crash HDF5."""
+    """The content of an HDF5 file with these datasets. It is made in memory, since a full disk may crash HDF5."""
     import h5py
 
     buffer = io.BytesIO()
@@ -154,7 +158,7 @@ def _hdf5_content(arrays: dict[str, NDArray[Any]]) -> bytes:
 
 
 def _described(t: float, file: str, arrays: dict[str, NDArray[Any]]) -> str:
-    """A frame in XDMF: its time, HDF5 file relative to the folder, and cells, region, position and fields."""
+    """A frame in XDMF: its time, and references to its arrays in `file`, whose path is relative to the folder."""
 
     def item(name: str) -> str:
         kind = "Int" if arrays[name].dtype.kind == "i" else "Float"
@@ -178,7 +182,7 @@ def _described(t: float, file: str, arrays: dict[str, NDArray[Any]]) -> str:
 
 
 def _grids(folder: Path | str) -> list[ElementTree.Element]:
-    """The descriptions of the frames in fields.xdmf, none without the file; InputError where it is damaged."""
+    """The descriptions of the frames in fields.xdmf, none without the file; InputError if it is damaged."""
     path = Path(folder) / FIELDS_XDMF
     try:
         grids = ElementTree.parse(path).findall("Domain/Grid/Grid")
@@ -226,7 +230,7 @@ def read_frame(folder: Path | str, index: int = -1) -> FieldFrame:
 def _arrays(folder: Path, grid: ElementTree.Element) -> dict[str, NDArray[Any]]:
     """The arrays of a frame by name, from its file.
 
-    It is opened without HDF5's locks, which some file systems of clusters do not have.
+    It is opened without HDF5's locks, which the file systems of some clusters do not support.
     """
     import h5py
 

@@ -1,4 +1,4 @@
-"""The folder in which pairsim keeps what is made once for each user, such as compiled forms."""
+"""The cache folder, in which pairsim keeps what needs to be made only once per user, such as compiled forms."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 
 
 def cache_folder() -> Path:
-    """`pairsim` in $XDG_CACHE_HOME or ~/.cache, or in the folder of temporary files where there is no home."""
+    """The folder `pairsim` in $XDG_CACHE_HOME or ~/.cache, or in that of temporary files if there is no home folder."""
     try:
         base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
     except RuntimeError:  # no home folder

@@ -1,6 +1,6 @@
-"""A child process of a thread, to which the thread gives work.
+"""A child process that belongs to a thread and does the work that this thread gives to it.
 
-It is used again for the next work of its thread. What crashes, hangs or is killed is the child alone.
+The same child does all the work of its thread in turn. If the work crashes, hangs or is killed, only the child is lost.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from pairsim.runtime.child_process import clean_environment, module_command
 from pairsim.runtime.errors import EnvironmentFailure
 
 MODULE = "pairsim.computing.child"
-"""The program of the child, by its name: it loads libraries that a parent need not have."""
-POLL = 1.0  # interval at which a thread that waits for its child looks whether all is to stop [s]
+"""The module that the child runs. It is not imported here, as it loads libraries that the parent does not need."""
+POLL = 1.0  # interval at which a thread that waits for its child checks for the stop file and the time limit [s]
 GRACE = 20.0  # seconds from SIGTERM to SIGKILL; chosen, long enough for a step and its checkpoint
 MOST_MEMORY = 1e9
 """Memory of a child above which it is given no further work [bytes]; a run of the default mesh at De 1 takes half."""
@@ -30,17 +30,17 @@ _own = threading.local()
 
 
 class Work(Protocol):
-    """What a child is given, pickled."""
+    """A piece of work for a child, to which it is sent by pickle."""
 
     def in_child(self) -> Any:
-        """Do it; what is returned is pickled, too."""
+        """Do the work in the child; the return value must be picklable, too."""
 
 
 class Reply(NamedTuple):
-    """What a child says once it has done its work.
+    """The answer of a child that has done its work.
 
     Attributes:
-        result: What the work has returned.
+        result: The return value of the work.
         memory: Memory that the child now uses [bytes].
     """
 
@@ -71,14 +71,14 @@ class Child:
         self.ready = False
 
     def wait(self, stop: Path | None = None, timeout: float | None = None) -> tuple[Any, str]:
-        """Wait for what the child sends, and end the child if all is to stop or its time is over.
+        """Wait for the next object from the child, and end the child if a stop file appears or its time is over.
 
         Args:
-            stop: File whose presence stops it; None for none.
+            stop: File whose presence stops the child; None if there is no such file.
             timeout: Largest wall time [s]; None for no limit.
 
         Returns:
-            What it has sent, None if it has ended without that; and why it was stopped, "interrupted" or
+            The object, None if the child has ended without sending one; and why the child was stopped: "interrupted" or
             "case_timeout", empty if it was not.
         """
         why, deadline = "", time.monotonic() + (timeout or math.inf)
@@ -97,13 +97,13 @@ class Child:
 
     @property
     def last_line(self) -> str:
-        """The last line that it has written to stdout or stderr."""
+        """The last line that the child has written to stdout or stderr."""
         self._output.seek(0)
         return self._output.read().decode(errors="replace").strip().rpartition("\n")[2].strip()
 
     @property
     def death(self) -> tuple[str, str]:
-        """Reason and message of the failure of work whose child has ended without saying anything."""
+        """Reason and message of the failure of work whose child has ended without a reply."""
         code, last = self.process.returncode, self.last_line
         if not self.ready:
             return EnvironmentFailure.reason, f"the process of a case cannot start: {last or f'exit code {code}'}"
@@ -113,7 +113,7 @@ class Child:
         return "crashed", f"ended by {name}" + (f": {last}" if last else "")
 
     def close(self) -> None:
-        """Let it end, if it has not; its thread then has none."""
+        """Let the child end, and wait until it has; its thread then has no child."""
         self.connection.close()
         self.process.wait()
         if getattr(_own, "child", None) is self:
@@ -124,7 +124,8 @@ def child_of_thread(environment: Mapping[str, str], stop: Path | None = None) ->
     """The child of this thread, which is started if there is none.
 
     Returns:
-        The child; whether it was started now; and why it was stopped, see `Child.wait`.
+        The child; whether it had not yet reported ready, as when this call has started it; and why it was stopped, see
+        `Child.wait`.
     """
     child: Child = getattr(_own, "child", None) or Child(environment)
     _own.child, fresh, why = child, not child.ready, ""
@@ -134,23 +135,23 @@ def child_of_thread(environment: Mapping[str, str], stop: Path | None = None) ->
 
 
 def close_child() -> None:
-    """Let the child of this thread end, if there is one."""
+    """Close the child of this thread, if there is one."""
     child: Child | None = getattr(_own, "child", None)
     if child is not None:
         child.close()
 
 
 def ask(work: Work, environment: Mapping[str, str], stop: Path, timeout: float | None) -> tuple[Child, Any, str]:
-    """Give work to the child of this thread.
+    """Give work to the child of this thread, and wait for its reply.
 
     Args:
         work: The work.
-        environment: Variables of a child that is started.
-        stop: File whose presence stops it.
+        environment: Environment variables for a child that must be started first, beside those of this process.
+        stop: File whose presence stops the child.
         timeout: Largest wall time [s]; None for no limit.
 
     Returns:
-        The child; its `Reply`, None if it has ended without that; and why it was stopped, see `Child.wait`.
+        The child; its `Reply`, None if it has ended without one; and why it was stopped, see `Child.wait`.
     """
     while True:
         child, fresh, why = child_of_thread(environment, stop)
@@ -161,4 +162,4 @@ def ask(work: Work, environment: Mapping[str, str], stop: Path, timeout: float |
         said, why = child.wait(stop, timeout)
         if said is not None or fresh or child.process.returncode:
             return child, said, why
-        _own.child = None  # it had ended because there was nothing to do
+        _own.child = None  # it had ended by itself for lack of work: start another one

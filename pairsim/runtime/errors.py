@@ -22,9 +22,9 @@ class PairsimError(Exception):
 
 
 class Argument(str):
-    """The name of an argument of a function, in the place of the file or the key of an `InputError`.
+    """The name of an argument of a function, given as the file or the key of an `InputError`.
 
-    Elsewhere in its message such names are in backquotes. A command calls all of them by its options.
+    In the rest of the message such names are in backquotes. A command replaces them all by the names of its options.
     """
 
 
@@ -59,11 +59,11 @@ class InputError(PairsimError, ValueError):
     ) -> None:
         self.file, self.key, self.value, self.allowed = file, key, value, allowed
         self.line, self.entry, self.others = line, entry, tuple(others)
-        super().__init__(file, key, value, allowed)  # by which it travels between processes
+        super().__init__(file, key, value, allowed)  # the arguments with which it is unpickled in another process
 
     @staticmethod
     def of_all(errors: Iterable[InputError]) -> InputError:
-        """One error with all of some errors in the order of the file; those without a line come last."""
+        """Combine errors into one, in the order of the lines of the file; those without a line come last."""
         first, *rest = sorted(errors, key=lambda error: (error.line is None, error.file, error.line or 0))
         first.others = tuple(rest)
         return first
@@ -82,7 +82,7 @@ class InputError(PairsimError, ValueError):
         return "\n".join(sentences[:MOST_MISTAKES] + more)
 
     def call_arguments(self, names: Mapping[str, str]) -> None:
-        """Call arguments of functions in all mistakes by other names, such as those of a command's options."""
+        """Replace the names of arguments in all mistakes by other names, such as those of a command's options."""
 
         def called(text: str) -> str:
             if isinstance(text, Argument):
@@ -107,7 +107,7 @@ class RunFailure(PairsimError):
         advice: What to try, as a phrase that follows "try".
 
     Attributes:
-        sentence: All of this, after the reason.
+        sentence: The reason, followed by all of this.
     """
 
     reason = "failed"
@@ -117,7 +117,7 @@ class RunFailure(PairsimError):
         self.message, self.advice = message, advice
         where = Message(" at {}", at) if at else ""
         self.sentence: Text = Message("{}{}: {}{}", self.reason, where, message, advice and f"; try {advice}")
-        super().__init__(message)  # by which it travels between processes
+        super().__init__(message)  # the argument with which it is unpickled in another process
 
     def __str__(self) -> str:
         return str(self.sentence)
@@ -154,7 +154,7 @@ class WallTime(RunFailure):
 
 
 class BudgetSpent(RunFailure):
-    """The time given as a budget is over, or a command without one has found nothing for minutes."""
+    """The time budget is spent, or a command without one has used its processor time up to a first result."""
 
     reason = "budget"
 
@@ -188,7 +188,7 @@ class NoSteadyState(RunFailure):
 
 
 class BranchEnd(NoSteadyState):
-    """The branch of steady states ends before the parameters wanted, on whichever mesh."""
+    """The branch of steady states ends before it reaches the parameters asked for, whatever the mesh."""
 
     reason = "no_steady_state"
     exit_code = 5
@@ -197,7 +197,7 @@ class BranchEnd(NoSteadyState):
 def failure_of(reason: str, message: str) -> RunFailure:
     """The exception for a failure recorded in run.json, whose message has time, step and advice.
 
-    It is of the class with this `reason`, or a `RunFailure` if there is no such class.
+    It is of the direct subclass of `RunFailure` with this `reason`, or a `RunFailure` if there is none.
     """
     failure = next((kind for kind in RunFailure.__subclasses__() if kind.reason == reason), RunFailure)(message)
     failure.sentence = message  # which contains reason, time and step

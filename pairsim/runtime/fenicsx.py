@@ -1,7 +1,7 @@
 """Imports DOLFINx, PETSc and MPI in the order that they require: MPI ahead of the compiled modules.
 
-That is all that the wheel of FEniCSx asks for; its module `dolfinx_solver` would do it, and read the metadata of all
-installed packages.
+The FEniCSx wheel requires nothing else; its module `dolfinx_solver` would do the same, but also read the metadata of
+all installed packages.
 """
 
 import os
@@ -36,9 +36,9 @@ with sigterm_waits():
 try:
     import petsc4py
 
-    # A case is computed on one process: others of an MPI job need not take part, which PETSc asks for by default.
+    # A case is computed on one process; by default PETSc would wait for all processes of an MPI job.
     petsc4py.init(comm=MPI.COMM_SELF)
-    # DOLFINx reads options of its own from the command line, and fails where a name in it is not in UTF-8.
+    # DOLFINx reads its own options from the command line, and fails if a name there is not in UTF-8.
     arguments, sys.argv = sys.argv, ["pairsim"]
     try:
         import dolfinx.fem

@@ -1,7 +1,7 @@
-"""SIGINT (Ctrl-C) outside of computations, which have `runtime/signals.py`: while libraries are loaded, and in between.
+"""SIGINT (Ctrl-C) outside of computations, for instance while libraries are loaded.
 
-The exception that it raises may come in compiled code, which turns it into another one, such as an ImportError, or
-loses it. It is therefore remembered that it came.
+During computations `runtime/signals.py` handles it. A KeyboardInterrupt raised inside compiled code may be turned into
+another exception, such as an ImportError, or be lost; the handler therefore also records that the signal came.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import os
 import signal
 import sys
 
-TYPE_CHECKING = False  # typing would be imported before an interrupt can be answered
+TYPE_CHECKING = False  # importing typing would delay the installation of the handler
 if TYPE_CHECKING:
     from types import FrameType
 
@@ -19,7 +19,7 @@ _came = False
 
 
 def remember_interrupts() -> None:
-    """Install a handler that raises KeyboardInterrupt, as Python's own does, and remembers that it has."""
+    """Install a handler that raises KeyboardInterrupt, as Python's own does, and records that it did."""
     signal.signal(signal.SIGINT, _interrupt)
     sys.unraisablehook = _lost
 
@@ -36,7 +36,7 @@ def _interrupt(_: int, __: FrameType | None) -> None:
 
 
 def _lost(unraisable: sys.UnraisableHookArgs) -> None:
-    """End the process if the exception that nobody can catch, such as one in a callback, is an interrupt."""
+    """End the process if an exception that cannot be caught, such as one in a callback, is an interrupt."""
     if _came and issubclass(unraisable.exc_type, KeyboardInterrupt):
         os._exit(EXIT_CODE)
     sys.__unraisablehook__(unraisable)

@@ -11,12 +11,14 @@ if TYPE_CHECKING:
     from mpi4py import MPI
 
 SIZES = ("PMI_SIZE", "OMPI_COMM_WORLD_SIZE", "SLURM_STEP_NUM_TASKS")
-"""Variables of mpirun and srun with the number of processes that they start; PMIx has none. SLURM_NTASKS is that of a
-whole job, in which a batch script may run single processes."""
+"""Environment variables with the number of processes that mpirun or srun has started; PMIx has none.
+
+SLURM_NTASKS is not among them: it is the number of tasks of the whole job, whose script may also run single processes.
+"""
 
 
 def communicator() -> MPI.Intracomm | None:
-    """The communicator of the processes that mpirun or srun has started; None for a single one, which loads no MPI.
+    """The communicator of the processes that mpirun or srun has started; None for a single one, without loading MPI.
 
     Raises:
         InputError: The launcher belongs to another MPI than mpi4py: it started several processes, but the communicator

@@ -21,7 +21,7 @@ from pairsim.runtime.text import printable
 LOCK = ".pairsim.lock"
 OWNER = ".pairsim.owner"
 LOCK_FILES = (LOCK, OWNER)
-PATIENCE = 1.0  # seconds to wait for the system to remove an owner that has just been killed
+PATIENCE = 1.0  # seconds to wait for the system to release the lock of an owner that has just been killed
 
 
 def command_line() -> str:
@@ -34,9 +34,10 @@ def command_line() -> str:
 
 @contextmanager
 def sole_writer(directory: Path, command: str) -> Iterator[None]:
-    """Context in which no other command may write into a folder; others are shown the command line of its owner.
+    """Context in which no other command may write into a folder.
 
-    The folder is made if needed, and removed again in the end if nothing was written into it.
+    The error of another command that tries to names `command`, the command line of the owner. The folder is made if
+    needed, and removed at the end if it was made here and nothing was written into it.
 
     Raises:
         InputError: Another command is at work in the folder, or no folder can be created there.
@@ -62,7 +63,7 @@ def sole_writer(directory: Path, command: str) -> Iterator[None]:
         yield
     finally:
         with suppress(OSError):
-            for name in LOCK_FILES:  # before the release, so that none of the next owner is removed
+            for name in LOCK_FILES:  # before the release, so that no file of the next owner is removed
                 (directory / name).unlink(missing_ok=True)
         lock.release()
         if new:
@@ -71,7 +72,7 @@ def sole_writer(directory: Path, command: str) -> Iterator[None]:
 
 
 def is_locked(directory: Path) -> bool:
-    """Whether a running command has locked a folder; False where this cannot be found out, as without write access."""
+    """Whether a running command has locked a folder; False if this cannot be determined, as without write access."""
     from filelock import FileLock, Timeout
 
     if not (directory / LOCK).exists():

@@ -1,4 +1,4 @@
-"""Messages: text in which quantities keep their kinds until it is known in which units they are to be read."""
+"""Messages: texts whose quantities keep their kinds until it is known in which units to print them."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ PLACE = "{}"
 
 
 class InUnits(Protocol):
-    """What may stand in a message: it has a text without units, and one in units.
+    """An object that may fill a place of a message, such as a quantity: `str` gives its dimensionless text.
 
-    Scales are those of `pairsim.quantities.scales`, of which this package knows nothing; None: no units.
+    `in_units` gives its text in units. `scales` is a `pairsim.quantities.scales.Scales`, or None for no units; it is
+    typed as Any because this package may not import that one.
     """
 
     def in_units(self, scales: Any) -> str: ...
@@ -22,15 +23,15 @@ class InUnits(Protocol):
 class Message:
     """A text with quantities in it: `Message("no steady state below d = {}", LENGTH(0.19))`.
 
-    Messages are composed by `+`, by `joined`, or by standing in a place of another one. They are refused by f-strings,
-    in which their quantities would be lost without a word.
+    Messages are composed by `+`, by `joined`, or by filling a place of another message. In an f-string they raise a
+    TypeError, since their quantities would silently become dimensionless text.
 
     Args:
         template: The text, with {} for each place.
-        places: What stands there, in order: quantities, messages, and text or whole numbers as they are.
+        places: The contents of the places, in order: quantities, messages, texts or whole numbers.
 
     Raises:
-        ValueError: The text has more places, or fewer.
+        ValueError: The number of places in the template differs from that of their contents.
     """
 
     def __init__(self, template: str, *places: InUnits | str | int) -> None:
@@ -45,7 +46,7 @@ class Message:
 
     @classmethod
     def joined(cls, between: str, texts: Iterable[Text]) -> Message:
-        """Texts as one, with another text between them."""
+        """Join texts into one message, with the text `between` from one to the next, as `str.join` does."""
         each = [*texts]
         return cls(between.join([PLACE] * len(each)), *each)
 
@@ -54,7 +55,7 @@ class Message:
         return "".join(map(str, self.parts))
 
     def in_units(self, scales: Any) -> str:
-        """The text with its quantities in units; that without units where `scales` is None."""
+        """The text with its quantities in units, or without units if `scales` is None."""
         return "".join(part if isinstance(part, str) else part.in_units(scales) for part in self.parts)
 
     def __add__(self, text: Text) -> Message:

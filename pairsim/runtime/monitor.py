@@ -1,4 +1,4 @@
-"""The monitor of a computation: ends it between two solves, hears where it is, and knows how long it has taken."""
+"""The monitor of a computation: it ends the computation between two solves, follows its progress and times it."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from pairsim.runtime.text import duration
 
 
 class Monitor:
-    """What a computation asks between two solves whether it may go on, and tells where it is.
+    """The object that a computation asks between two solves whether it may go on, and tells where it is.
 
-    It is handed down as an attribute of the problem. The default one lets every computation go on.
+    Solvers receive it as an attribute of their problem. A monitor made without arguments never ends a computation.
 
     Args:
         signals: The signals that end the computation.
         budget: Largest wall time of the computation [s], None for no limit.
         patience: Largest processor time of this process up to the first result [s], None for no limit; not wall time,
-            so that what is found does not depend on what else the machine does.
+            so that the outcome does not depend on the load of the machine.
         listener: Function that is called with the place where the computation is, such as "De = 1, d = 0.1".
         before: Wall time of the computation before it was resumed [s].
     """
@@ -45,11 +45,11 @@ class Monitor:
         self._result = _Result()
 
     def within(self, seconds: float, message: str) -> Monitor:
-        """The monitor of a part of the computation, which has a limit of its own, too.
+        """The monitor of a part of the computation: it has the limits of this one and one more.
 
         Args:
             seconds: Largest wall time of the part [s].
-            message: What is said when it is over, with {} for the time.
+            message: The message once this time has passed, with {} in place of the time.
         """
         part = Monitor(self._signals, listener=self._listener, before=self._before)
         part._begun = self._begun
@@ -82,7 +82,7 @@ class Monitor:
 
         Raises:
             Stopped: The process has received a signal.
-            BudgetSpent: A limit of the time has passed.
+            BudgetSpent: A time limit has passed.
         """
         self.check_signals()
         for limit in (*self._limits, *self._patience):
@@ -98,42 +98,42 @@ class Monitor:
 
     @property
     def awaits_result(self) -> bool:
-        """Whether the computation ends if it has no result for long."""
+        """Whether the time up to the first result is limited."""
         return bool(self._patience)
 
     def has_result(self) -> None:
-        """Tell that there is a result: the limit up to the first one ends, and messages do not name the way to it."""
+        """Record that there is a result: the limit on the time to the first one is lifted, and the place forgotten."""
         self._place = ""
         self._patience.clear()
         self._result.known = True
 
     @property
     def knows_result(self) -> bool:
-        """Whether there is a result, which need not be the last one: finer cells may make it better."""
+        """Whether there is a result, even if finer cells may still improve it."""
         return self._result.known
 
 
 @dataclass
 class _Result:
-    """Whether a computation and its parts have a result."""
+    """Whether there is a result; shared by the monitors of a computation and of its parts."""
 
     known: bool = False
 
 
 @dataclass(frozen=True)
 class _Limit:
-    """A time at which a computation ends."""
+    """A limit on the time of a computation."""
 
     clock: Callable[[], float]  # [s]
-    deadline: float  # on this clock
-    message: str  # what is then said
+    deadline: float  # reading of this clock at which the computation ends [s]
+    message: str  # of the exception that ends it
 
     @classmethod
     def of(cls, clock: Callable[[], float], seconds: float, message: str) -> Self:
-        """That of so many seconds from now on; the message has {} for them."""
+        """The limit that many seconds from now; {} in the message stands for their number."""
         return cls(clock, clock() + seconds, message.format(duration(seconds)))
 
     @property
     def left(self) -> float:
-        """The time until then [s], negative once it has passed."""
+        """The time until the deadline [s], negative once it has passed."""
         return self.deadline - self.clock()

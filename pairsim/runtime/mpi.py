@@ -22,7 +22,7 @@ except (ImportError, RuntimeError) as error:
     raise EnvironmentFailure(f"MPI cannot be loaded ({reason}); {INSTALL}") from error
 
 if MPI.COMM_WORLD.size == 1:
-    # MPICH's shared memory, a megabyte that nobody shares here: a process that is killed would leave it for good.
+    # MPICH's shared memory, a megabyte, has no use in a single process, and a killed process would leave it behind.
     with suppress(OSError):
         os.unlink(f"/dev/shm/mpich_shm_{os.getpid():x}_0")
 

@@ -1,4 +1,4 @@
-"""Work that is shared with other processes, whichever way these are started."""
+"""Sharing of work with other processes, however these were started."""
 
 from __future__ import annotations
 
@@ -7,19 +7,20 @@ from typing import Any, Protocol
 
 
 class Others[P, T](Protocol):
-    """Other processes, which find results T at places P at the same time as this one."""
+    """Other processes that compute results of type T at places of type P while this process does the same."""
 
     def share(self, places: Sequence[P]) -> Sequence[P]:
-        """Give places to them; returns those that are left to this process."""
+        """Hand places out to the other processes; returns those that this process must compute itself."""
 
     def come(self) -> Iterator[tuple[P, T]]:
-        """Yield what they have found since this was asked last."""
+        """Yield each place and result that the other processes have found since the last call."""
 
     def rest(self, meanwhile: Callable[[], bool]) -> Iterator[tuple[P, T]]:
-        """Yield what they find until they have ended, whether or not they have found all.
+        """Yield places and results until the other processes have ended, even if some places then have no result.
 
         Args:
-            meanwhile: Does something while they are at work; returns whether there was anything to do.
+            meanwhile: Called repeatedly while they compute, to do other work in this process; returns whether there
+                was any.
         """
 
 
@@ -27,7 +28,7 @@ class Nobody:
     """No other process."""
 
     def share[P](self, places: Sequence[P]) -> Sequence[P]:
-        """All places are left to this process."""
+        """Return all places: this process must compute them itself."""
         return places
 
     def come(self) -> Iterator[Any]:
@@ -50,17 +51,18 @@ def found_by_all[P: Hashable, T](
     *,
     in_order: bool = False,
 ) -> Iterator[tuple[P, T]]:
-    """Find results at places, as far as other processes do not.
+    """Compute the results at places together with other processes.
 
-    What they have not found is found at last by this process, as it would be without them.
+    Places at which they end without a result are computed by this process last, as they would be without helpers.
 
     Args:
         places: The places.
-        find: What this process does at a place.
+        find: Computes the result at a place in this process.
         others: The other processes.
-        meanwhile: Called while they are at work with the places whose results are still to come; returns whether there
-            was anything to do.
-        in_order: Whether results are wanted in the order of the places; otherwise as soon as they are there.
+        meanwhile: Called, while they compute, with the places that have no result yet, to do other work in this
+            process; returns whether there was any.
+        in_order: Whether the results of the other processes are held back to the end and yielded in the order of the
+            places, rather than as soon as they arrive.
 
     Yields:
         Each place with its result.

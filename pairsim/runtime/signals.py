@@ -9,18 +9,18 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import Any
 
-ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)  # what ends a command in order
+ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)  # signals at which a command writes its results and ends
 
 
 def name_of(number: int) -> str:
-    """A signal in words; that of the keyboard by its key."""
+    """The name of a signal; SIGINT is called by its key, Ctrl-C."""
     return "Ctrl-C" if number == signal.SIGINT else signal.Signals(number).name
 
 
 class Stopped(KeyboardInterrupt):
     """A signal has stopped the computation between two solves.
 
-    A KeyboardInterrupt of another kind may have come anywhere.
+    Any other KeyboardInterrupt may have been raised at any point.
     """
 
 
@@ -29,11 +29,11 @@ class Signals:
 
     Exceptions from handlers would be lost in the callbacks of compiled code. A second SIGINT (Ctrl-C) raises
     KeyboardInterrupt at once. Further SIGTERMs change nothing: schedulers and launchers send several, and the first one
-    already ends the computation in order.
+    already ends the computation with its results written.
 
     Args:
-        final: Whether the process ends with this context. After a signal, SIGTERM and SIGHUP are then ignored for good,
-            so that they do not interrupt what the interpreter and MPI do at the end of a process.
+        final: Whether the process ends with this context. After any signal, SIGTERM and SIGHUP are then ignored for
+            good, so that they do not interrupt what the interpreter and MPI do at the end of a process.
 
     Attributes:
         number: Number of the last signal caught, 0 if none.

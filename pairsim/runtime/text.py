@@ -30,18 +30,18 @@ def _typed(value: Any) -> str:
 
 
 def shortened(text: str) -> str:
-    """A text whose middle is left out if it is long."""
+    """The text, with its middle left out if it is longer than `LONGEST`."""
     half = LONGEST // 2
     return text if len(text) <= LONGEST else f"{text[:half]}…{text[-half:]}"
 
 
 def printable(text: str) -> str:
-    r"""A text in UTF-8 whatever names of files are in it: bytes that are not UTF-8 are written as \xe9."""
+    r"""The text with bytes that are not UTF-8, such as those in names of files, written as \xe9."""
     return text.encode(errors="surrogateescape").decode(errors="backslashreplace")
 
 
 def counted(number: int, noun: str) -> str:
-    """A number of things as text: 1 point, 2 points."""
+    """A number and its noun as text: 1 point, 2 points."""
     return f"{number:,} {noun}{'' if number == 1 else 's'}"
 
 
