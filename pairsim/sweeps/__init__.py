@@ -1,1 +1,1 @@
-"""Compute many cases in child processes."""
+"""Computation of many cases, each in a child process."""

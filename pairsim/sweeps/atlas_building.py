@@ -1,4 +1,4 @@
-"""`pairsim atlas`: master curves at random places and where the interpolant is least sure, and their interpolant."""
+"""`pairsim atlas`: master curves at random places and where the interpolant is least certain, and the interpolant."""
 
 from __future__ import annotations
 
@@ -32,21 +32,28 @@ from pairsim.sweeps.sweep import Options, Workers, run_sweep
 from pairsim.sweeps.unequal_building import UnequalBuilding
 
 TABLE = "atlas.npz"
-EVERY = 6  # curves of a round, after which the interpolant is made anew: half of them at random places
-DISTANCES = 41  # at which curves are interpolated, equally far apart in log d: a ratio of 1.12 from .02 to 2
-CANDIDATES = 512  # for places where the interpolant is least sure
-AT_EDGES = 0.35  # part of their values that are put on the nearer end of their range
-SAME_PLACE = 1e-3  # difference from a place that is known, over the box, below which a curve tells nothing new; chosen
-LEAST_ENDS = 0.02  # of the largest De and Ca_e: both smaller than this tell nothing, since dU vanishes there
+EVERY = 6  # curves per round, half of them at random places; after each round the interpolant is fitted anew
+DISTANCES = 41  # distances at which the curves are sampled, evenly in log d: by a ratio of 1.12 from 0.02 to 2
+CANDIDATES = 512  # places among which those where the interpolant is least certain are chosen
+AT_EDGES = 0.35  # fraction of the coordinates of candidates that are moved to the nearer end of their range
+SAME_PLACE = 1e-3  # differences of scaled coordinates below which a place counts as known already; chosen
+LEAST_ENDS = 0.02  # fraction of the largest De and Ca_e: where both are smaller, dU nearly vanishes and tells nothing
 
 
 def build(path: Path, folder: Path | None, options: Options, workers: Workers) -> tuple[int, str, Path]:
-    """Compute the curves of an atlas file that are not there yet, and make the atlas of them after each round.
+    """Compute the curves of an atlas file that have not been computed yet, and fit the atlas anew after each round.
 
-    Returns exit code and message of the last sweep, and the folder, made or continued, in which `TABLE` is the atlas.
+    Args:
+        path: The atlas file.
+        folder: The folder to begin or to continue; None for one named after the file.
+        options: How the curves are computed.
+        workers: The executors that compute them.
+
+    Returns:
+        Exit code and message of the last sweep, and the folder, in which the atlas is the file `TABLE`.
 
     Raises:
-        InputError: The file is invalid, the folder belongs to another one, or the atlas to go on from to another box.
+        InputError: The file is invalid, the folder belongs to another file, or the atlas in `start` has another box.
     """
     data = read_yaml(path)
     file = parse_file("atlas", AtlasFile, check_atlas, data, str(path))
@@ -106,10 +113,10 @@ def build(path: Path, folder: Path | None, options: Options, workers: Workers) -
 
 
 def _common(grid: Grid, atlas: Atlas | None, file: AtlasFile, source: str) -> Mapping[str, Plain]:
-    """The keys that the curves of a round share, and with them those of the atlas so far.
+    """The keys whose values all curves of a round share with each other, and with the atlas so far.
 
     Raises:
-        InputError: They are no curves of pairs, or the atlas is of other ones.
+        InputError: The curves are not those of pairs, or not of the box and physics of the atlas.
     """
     if (pair := grid.cases[0].case).n != 2:
         raise InputError(source, "base.particles", pair.n, "must be 2: an atlas has curves of pairs")
@@ -124,22 +131,31 @@ def _common(grid: Grid, atlas: Atlas | None, file: AtlasFile, source: str) -> Ma
 
 
 def _known(atlas: Atlas) -> str:
-    """How many curves an atlas has, and how well it knows those that are left out."""
+    """The number of curves of an atlas, and the median over them of its leave-one-out error, in words."""
     size = 100 * np.sqrt(np.median(np.mean(fit.left_out(atlas) ** 2, axis=1)))
     return f"{len(atlas.curves.places)} curves, half of them off by up to {size:.2g} % of their peak without themselves"
 
 
 def _places(box: Mapping[str, Sequence[float]], x: Array) -> Array:
-    """Places at coordinates from 0 to 1 in the box, shape (places, 3), without those where dU nearly vanishes."""
+    """The places at coordinates `x` in the box, from 0 to 1, without those where dU nearly vanishes.
+
+    Both have the shape (places, 3), but the result may have fewer rows.
+    """
     low, high = np.array([box[name] for name in PARAMETERS]).T
     found = np.unique(np.round(low + (high - low) * x, 6), axis=0)
     return np.asarray(found[(found[:, 1:] > LEAST_ENDS * high[1:]).any(axis=1)])
 
 
 def joined(atlas: Atlas, other: Atlas, case_at: Callable[[Array], SceneCase], source: str) -> Atlas:
-    """An atlas with those curves of another one that are in its box, and of its cases, at other places than its own.
+    """An atlas with those curves of another one that lie in its box, and not where it has a curve of its own.
 
-    None of them counts as one at a random place: they may be in a part of the box alone. Messages name `source`.
+    They do not count as curves at random places, since they may fill only a part of the box.
+
+    Args:
+        atlas: The atlas.
+        other: The other one.
+        case_at: The case of the atlas at a place, shape (1, 3), in which the physics of both are compared.
+        source: The file that messages name.
 
     Raises:
         InputError: The other one has other distances, or other physics.

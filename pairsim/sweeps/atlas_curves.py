@@ -1,4 +1,4 @@
-"""Curves of folders as those of an atlas: at its distances, with their derivatives."""
+"""Reads the curves of an atlas from folders: sampled at its distances, with their derivatives."""
 
 from __future__ import annotations
 
@@ -40,12 +40,12 @@ def curve_folders(sweep: Path) -> list[Path]:
 
 @dataclass(frozen=True)
 class Sampled:
-    """A curve of a folder at distances, which it has at least.
+    """A curve of a folder, sampled at given distances, all of which it covers.
 
     Attributes:
         case: The content of its case file.
         curve: The curve.
-        inside: The distances, without rounding at the ends of the curve, shape (distances,).
+        inside: The distances [D_c], clipped to the ends of the curve against rounding, shape (distances,).
     """
 
     case: Mapping[str, Any]
@@ -54,10 +54,10 @@ class Sampled:
 
     @classmethod
     def read(cls, folder: Path, d: Array) -> Self:
-        """Read it.
+        """Read the curve of a folder, to be sampled at the distances `d` [D_c], shape (distances,).
 
         Raises:
-            InputError: The curve does not reach the ends of the distances.
+            InputError: The curve does not cover all distances.
         """
         found, case = Curve.read(folder, missing_ok=True), read_yaml(folder / "case.yaml")
         curve = found.interpolant()
@@ -69,24 +69,27 @@ class Sampled:
 
     @property
     def dU(self) -> tuple[Array, Array]:
-        """dU and its half-widths."""
+        """dU and its half-widths [U_av], shape (distances,) each."""
         curve = self.curve.of()
         return curve.values(self.inside), curve.half_widths(self.inside)
 
     def smooth(self, values: Array | None) -> Array:
-        """Values at the points of the curve, at the distances; nan where they are not known."""
+        """Interpolate values from the points of the curve to the distances; all are nan if any value is unknown."""
         if values is None or not np.isfinite(values).all():
             return np.full_like(self.inside, np.nan)
         return np.asarray(CubicSpline(np.log(self.curve.of().d), values)(np.log(self.inside)))
 
 
 def curves_in(folders: Sequence[Path], d: Array, drawn: Array) -> Curves:
-    """The curves of folders, with sensitivities, at distances, shape (distances,).
+    """The data of an atlas from folders of curves.
 
-    Places that were drawn at random have the shape (places, 3).
+    Args:
+        folders: The folders, whose curves have sensitivities.
+        d: The distances at which curves are sampled [D_c], shape (distances,).
+        drawn: The places (beta, De, Ca_e) that were drawn at random, shape (places, 3).
 
     Raises:
-        InputError: A curve does not reach the ends of the distances.
+        InputError: A curve does not cover all distances.
     """
     places, rows = [], []
     for each in (Sampled.read(folder, d) for folder in folders):
@@ -101,7 +104,13 @@ def curves_in(folders: Sequence[Path], d: Array, drawn: Array) -> Curves:
 
 
 def unequal_curves_in(folders: Sequence[Path], d: Array) -> UnequalCurves:
-    """The data of an atlas from folders of curves of pairs whose beads differ, all drawn at random."""
+    """The data of an atlas from folders of curves of pairs whose beads differ; all count as drawn at random.
+
+    Curves are sampled at the distances `d` [D_c], shape (distances,).
+
+    Raises:
+        InputError: A curve does not cover all distances.
+    """
     names = {"beta": BY_BETA, "De": BY_DE, "Ca_e": BY_CA_E, "difference": BY_DIFFERENCE, "stiffness": BY_STIFFNESS}
     found = [Sampled.read(folder, d) for folder in folders]
     cases = [each.case for each in found]
@@ -118,5 +127,5 @@ def unequal_curves_in(folders: Sequence[Path], d: Array) -> UnequalCurves:
 
 
 def among(places: Array, known: Array) -> Flags:
-    """Which places, shape (places, n), are among known ones."""
+    """Which rows of `places`, shape (places, n), are rows of `known`, shape (others, n), too; shape (places,)."""
     return np.asarray((places[:, None] == known).all(axis=2).any(axis=1))

@@ -1,4 +1,4 @@
-"""The keys of atlas files, and the checks that involve several of them; `atlas.py` chooses the curves."""
+"""The keys of atlas files, and the checks that involve several of them; `atlas_building.py` chooses the curves."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class AtlasFile(Keys):
 
     @property
     def starts(self) -> list[str]:
-        """The values of `start`."""
+        """The values of `start`, in a list."""
         return as_list(self.start)
 
 
@@ -93,7 +93,7 @@ def check_atlas(file: AtlasFile) -> Iterator[Mistake]:
 
 
 def _check_curves(file: AtlasFile) -> Iterator[Mistake]:
-    """Check what is computed."""
+    """Check the keys that say which curves are computed."""
     if not file.recompute:
         if not file.curves:
             yield Mistake("curves", None, "must be the number of curves, at least 1")
@@ -106,7 +106,7 @@ def _check_curves(file: AtlasFile) -> Iterator[Mistake]:
 
 
 def _check_ratios(file: AtlasFile) -> Iterator[Mistake]:
-    """Check the keys of pairs that differ."""
+    """Check the keys of pairs whose particles differ."""
     for key, other in (("diameters", "moduli"), ("moduli", "diameters")):
         if (ends := getattr(file, key)) is None:
             continue

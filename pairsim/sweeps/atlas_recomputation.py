@@ -1,4 +1,4 @@
-"""`pairsim atlas` with `recompute`: all curves of an atlas computed again at their places, and the atlas of them."""
+"""`pairsim atlas` with `recompute`: compute all curves of an atlas again at the same places, and fit it anew."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from pairsim.sweeps.unequal_building import beads_in, grid_of_beads
 
 @dataclass(frozen=True)
 class Recomputation:
-    """The making of an atlas anew.
+    """The recomputation of an atlas.
 
     Attributes:
         path: The atlas file, which messages name.
@@ -40,9 +40,9 @@ class Recomputation:
     options: Options
 
     def build(self, directory: Path, table: str, workers: Workers) -> tuple[int, str]:
-        """Compute what is not there yet, and write the atlas of it; returns exit code and message.
+        """Compute the curves that have not been computed yet, and write the atlas; returns exit code and message.
 
-        A curve that fails is left out.
+        Curves that fail are left out.
 
         Raises:
             InputError: The base has other physics than the atlas.
@@ -68,7 +68,7 @@ class Recomputation:
     def _with_unequal(
         self, atlas: Atlas, unequal: Unequal, directory: Path, workers: Workers
     ) -> tuple[int, str, Atlas]:
-        """The atlas with the pairs whose beads differ, and single beads, computed again."""
+        """The atlas with its unequal pairs and single beads computed again, after exit code and message."""
         singles = unequal.beads.singles
         if len(singles[1]):
             beads = grid_of_beads(self.path, "beads", self.base, singles[0])
@@ -88,5 +88,5 @@ class Recomputation:
         return code, message, with_unequal(atlas, curves, singles, unequal.ratios)
 
     def _grid(self, name: str, cases: Sequence[Mapping[str, Plain]]) -> Grid:
-        """The cases of curves as a sweep of that name."""
+        """The sweep of a name over these cases, which compute curves."""
         return grid_from(self.path, {"name": name, "command": "curve", "base": self.base, "cases": list(cases)})

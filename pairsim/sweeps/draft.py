@@ -1,4 +1,4 @@
-"""A case of a sweep before it is validated: keys and values of its base, with what one entry of the file changes."""
+"""A case of a sweep before validation: the keys and values of the base, with the changes of one entry of the file."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from pairsim.computing.question import Question
 from pairsim.runtime.plain import Plain
 from pairsim.sweeps.files import FILES
 
-SAME = 1e-9  # relative difference of numbers that are one; chosen
+SAME = 1e-9  # relative difference up to which two numbers count as equal; chosen
 
 
 @dataclass(frozen=True)
 class Draft:
-    """A case as it is written, of which it is not known yet whether it is right.
+    """A case as it is written, before it is validated.
 
     Attributes:
         model: The model of its keys.
@@ -37,13 +37,13 @@ class Draft:
 
     @classmethod
     def base(cls, model: type[SceneCase], content: Mapping[str, Plain]) -> Self:
-        """The draft of the base of a file, without the numbers that follow from its quantities."""
+        """The draft of the base of a file, without the dimensionless numbers that follow from physical quantities."""
         found = dict(content)
         forget_numbers(found)
         return cls(model, {}).changed(found)
 
     def changed(self, changes: Mapping[str, Plain], settings: Sequence[str] = ()) -> Self:
-        """A copy with other values for some keys, nested or dotted, and last of all those of settings key=value.
+        """A copy with other values for some keys, nested or dotted; settings key=value are applied last.
 
         Raises:
             InputError: A dotted key goes through a value that is not a group.
@@ -59,11 +59,11 @@ class Draft:
         return flat(self.content)
 
     def gives(self) -> list[str]:
-        """The keys that its quantities give."""
+        """The keys whose values follow from its physical quantities."""
         return list(given_by(self.content, keys_of(self.model)))
 
     def matches(self, rule: Mapping[str, Plain]) -> bool:
-        """Whether it has the values of an exclusion in every key: equal ones, or those between min and max."""
+        """Whether all keys of an exclusion have the value given there, or lie between its min and max."""
         values = {**self.content, **self.spelled}
         return all(_fits(values.get(key), wanted) for key, wanted in rule.items())
 
@@ -77,7 +77,7 @@ class Draft:
 
 
 def _fits(value: Plain, wanted: Plain) -> bool:
-    """Whether a value is the one of an exclusion, or between its bounds."""
+    """Whether a value equals that of an exclusion, or lies between its bounds, both inclusive."""
     if isinstance(wanted, dict) and wanted and set(wanted) <= {"min", "max"}:
         low, high = wanted.get("min", -math.inf), wanted.get("max", math.inf)
         return (
@@ -86,7 +86,7 @@ def _fits(value: Plain, wanted: Plain) -> bool:
     if is_finite(value) and is_finite(wanted):
         return math.isclose(value, wanted, rel_tol=SAME)
     if isinstance(value, str) and isinstance(wanted, str):
-        with suppress(ValueError):  # they are no quantities, or of different kinds
+        with suppress(ValueError):  # they are not quantities, or of different kinds
             (one, other), _ = in_one_unit([value, wanted])
             return math.isclose(one, other, rel_tol=SAME)
     return bool(value == wanted)

@@ -1,4 +1,4 @@
-"""All kinds of files that commands read, and the reading of those with many cases."""
+"""The kinds of files that commands read, and the validation of those with many cases."""
 
 from __future__ import annotations
 
@@ -22,7 +22,14 @@ FILES = Files(QUESTIONS, {"sweep": SweepFile, "study": StudyFile, "atlas": Atlas
 def parse_file[T: BaseModel](
     command: str, model: type[T], check: Callable[[T], Iterator[Mistake]], data: Mapping[str, Plain], source: str
 ) -> T:
-    """Validate the keys of a file of many cases, each on its own and against each other, but not its cases.
+    """Validate the keys of a file of many cases, singly and against each other; its cases are not validated.
+
+    Args:
+        command: The command that reads such files.
+        model: The model of their keys.
+        check: Yields mistakes that involve several keys.
+        data: The content of the file.
+        source: The name of the file in messages.
 
     Raises:
         InputError: The file has mistakes, or is for another command.

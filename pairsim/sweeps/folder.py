@@ -1,6 +1,6 @@
-"""The folder of a sweep: what it computes is in sweep.json, how its cases stand is in their folders.
+"""The folder of a sweep: sweep.json lists its cases, and the folders of the cases say how far each has come.
 
-sweep.json is written once, when the sweep begins, and says nothing of how it goes on.
+sweep.json is written once, when the sweep begins, and does not record its progress.
 """
 
 from __future__ import annotations
@@ -43,9 +43,10 @@ class CaseState:
 
 
 def read_state(directory: Path, key: str, values: bool = True) -> CaseState:
-    """The state of a case by its folder, with its tables if `values` are wanted.
+    """The state of a case as read from its folder; its tables are read only if `values` are wanted.
 
-    A folder with the hash of another case says nothing; one of version 0.2 has none.
+    The case is pending if its folder has the hash of another case, or if its computation has not begun or was
+    interrupted. Records of version 0.2, which have no hash, are accepted.
     """
     record = Record.read(directory)
     if record.key not in (None, key) or record.status not in ("running", *ENDED):
@@ -60,8 +61,8 @@ class SweptCase:
 
     Attributes:
         key: Hash of the case.
-        parameters: Its values of the keys that vary, and of those that results.csv always has.
-        state: How it stands.
+        parameters: The values of the keys that vary, and of those that results.csv always has.
+        state: Its state.
     """
 
     key: str
@@ -75,12 +76,12 @@ class SweptCase:
 
     @property
     def without_result(self) -> bool:
-        """Whether it failed, or there is no steady state."""
+        """Whether it failed, or has no steady state."""
         return self.state.status == "failed" or self.state.reason == BranchEnd.reason
 
 
 class CaseEntry(TypedDict):
-    """What sweep.json has of a case."""
+    """The entry of a case in sweep.json."""
 
     folder: str
     key: str
@@ -105,10 +106,10 @@ class SweepContent(TypedDict):
 
 @dataclass(frozen=True)
 class SweepRecord(Mapping[str, object]):
-    """What a sweep computes (sweep.json), and how its cases stand: entry by entry as a mapping, and as attributes.
+    """The content of sweep.json and the states of its cases, as attributes and as a mapping.
 
-    The entries of a case in the mapping are those of sweep.json with those of its `CaseState`; `counts` has the number
-    of cases by status.
+    In the mapping, the entries of a case are those of sweep.json and of its `CaseState`, and `counts` is the number of
+    cases by status.
     """
 
     content: SweepContent
@@ -139,12 +140,12 @@ class SweepRecord(Mapping[str, object]):
 
     @property
     def question(self) -> Question[Any]:
-        """What each case asks."""
+        """The question that each case asks."""
         return QUESTIONS[self.content["command"]]
 
     @property
     def grid(self) -> str | None:
-        """Hash of the set of cases."""
+        """Hash of the set of cases; None in sweeps of versions that wrote none."""
         return self.content.get("grid")
 
     @property
@@ -154,12 +155,12 @@ class SweepRecord(Mapping[str, object]):
 
     @property
     def parameters(self) -> Sequence[str]:
-        """The keys that results.csv has."""
+        """The keys of which results.csv has columns."""
         return list(self.content["parameters"])
 
     @property
     def columns(self) -> Sequence[str]:
-        """The columns of results.csv that cases give."""
+        """The columns of results.csv with results of the cases."""
         return list(self.content["columns"])
 
     @property
@@ -180,7 +181,7 @@ class SweepRecord(Mapping[str, object]):
 
     @property
     def without_result(self) -> list[SweptCase]:
-        """The cases that failed, or in which there is no steady state."""
+        """The cases that failed, or have no steady state."""
         return [case for case in self.cases if case.without_result]
 
     def results(self) -> tuple[list[str], list[list[Any]]]:
@@ -198,10 +199,10 @@ class SweepRecord(Mapping[str, object]):
 
 
 def begin(directory: Path, grid: Grid) -> SweepRecord:
-    """Write sweep.json and grid.yaml into a folder, unless they are there; returns the record, no case read yet.
+    """Write sweep.json and grid.yaml into a folder, unless it has them; returns the record, with all cases pending.
 
     Raises:
-        InputError: The folder belongs to another grid, or is not that of a sweep.
+        InputError: The folder belongs to another grid, or has files but is not that of a sweep.
         OSError: The files cannot be written.
     """
     if (directory / "sweep.json").is_file():
@@ -248,9 +249,9 @@ def _read(directory: Path) -> SweepRecord:
 
 
 def read_sweep(directory: Path, values: bool = True) -> SweepRecord:
-    """What sweep.json has, and how each case stands.
+    """The record of a sweep with the present state of each case.
 
-    The tables of the cases are read if `values` are wanted.
+    The tables of the cases are read only if `values` are wanted.
 
     Raises:
         InputError: The folder is not that of a sweep.

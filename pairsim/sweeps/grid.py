@@ -30,10 +30,13 @@ from pairsim.sweeps.grid_file import SweepFile, check_sweep
 
 @dataclass(frozen=True)
 class SweepCase:
-    """A validated case of a sweep, and the hash of all that makes two cases the same.
+    """A validated case of a sweep.
 
-    Its folder is `<slug>-<beginning of key>`. Parameters are the varying keys of its grid, and those that results.csv
-    always has.
+    Attributes:
+        case: The case.
+        key: Hash of everything that distinguishes two cases.
+        folder: Name of its folder, `<slug>-<beginning of key>`.
+        parameters: The values of the keys that vary in the grid, and of those that results.csv always has.
     """
 
     case: SceneCase
@@ -47,13 +50,13 @@ class Grid:
     """A validated grid file."""
 
     name: str  # of the sweep
-    question: Question[Any]  # that computes each case
+    question: Question[Any]  # the question that each case asks
     cases: tuple[SweepCase, ...]  # without duplicates, in the order of the file
     varying: tuple[str, ...]  # dotted keys that take more than one value, in the order of the file
     duplicates: int  # number of cases left out as duplicates
     excluded: int  # number of entries that `exclude` matches
     content: Mapping[str, Plain]  # of the file, with the base case included
-    settings: tuple[str, ...] = ()  # key=value, which replace keys in every case
+    settings: tuple[str, ...] = ()  # key=value, applied to every case
 
     @property
     def key(self) -> str:
@@ -69,7 +72,7 @@ class Grid:
 
 
 def read_grid(path: Path, settings: Sequence[str] = ()) -> Grid:
-    """Read a grid file and validate every case, in which settings key=value replace keys.
+    """Read a grid file and validate every case, after settings key=value have replaced keys in it.
 
     Raises:
         InputError: The file or a case has mistakes; lists file, entry, key, value and what is allowed.
@@ -81,10 +84,10 @@ def grid_from(path: Path, data: Mapping[str, Plain], settings: Sequence[str] = (
     """Validate every case of the content of a grid file, as `read_grid` does.
 
     Args:
-        path: The file, which messages name, and in whose folder relative paths begin.
+        path: The file, which messages name; paths in it are relative to its folder.
         data: Its content.
         settings: See `read_grid`.
-        listed: What messages call the key `cases`, as where a caller has made it from another one.
+        listed: The name of the key `cases` in messages, if the caller has made it from another key.
     """
     file = parse_file("sweep", SweepFile, check_sweep, data, str(path))
     question = QUESTIONS[file.command]
@@ -124,10 +127,10 @@ def grid_from(path: Path, data: Mapping[str, Plain], settings: Sequence[str] = (
 
 
 def read_base(path: Path, data: Mapping[str, Plain], model: type[SceneCase]) -> Draft:
-    """The case that is the base of the valid content of a grid or study file; it may be the name of a case file.
+    """The draft of the base of a grid or study file with valid content; `base` may be the name of a case file.
 
     Raises:
-        InputError: That file cannot be read.
+        InputError: That case file cannot be read.
     """
     base = data.get("base")
     content = _case_file(path, data, "base", base) if isinstance(base, str) else base
@@ -137,8 +140,8 @@ def read_base(path: Path, data: Mapping[str, Plain], model: type[SceneCase]) -> 
 def _entries(
     path: Path, data: Mapping[str, Plain], file: SweepFile, listed: str
 ) -> Iterator[tuple[str, Mapping[str, Plain], bool]]:
-    """Yield the entries of a file: the name in messages, what changes, and whether it is one of `grid` and `zip`."""
-    # The keys of the data know their places, those of the validated file do not.
+    """Yield the entries of a file: its name in messages, the changes to the base, and whether it is of grid and zip."""
+    # Keys are taken from the data, where they know their lines, unlike those of the validated file.
     axes = [[{key: each} for each in file.grid[key]] for key in _keys_in(data.get("grid"))]
     groups = data.get("zip")
     for group, columns in zip(groups if isinstance(groups, list) else [groups], file.zip, strict=False):
@@ -157,7 +160,7 @@ def _entries(
 
 
 def _keys_in(group: Plain) -> list[str]:
-    """The keys of a group of the file."""
+    """The keys of a group of the file; none if it is not a group."""
     return list(group) if isinstance(group, Mapping) else []
 
 
@@ -169,7 +172,7 @@ def _case_file(path: Path, data: Mapping[str, Plain], key: str, given: str) -> M
 
 
 def _all_of(errors: Sequence[InputError], cases: int) -> InputError:
-    """One error of the mistakes of all cases, each once; one that all of several cases have is that of "every case"."""
+    """Combine the mistakes of all cases into one error, each once; those that all share are said of "every case"."""
     mistakes: dict[Any, InputError] = {}
     count: Counter[Any] = Counter()
     for each in (mistake for error in errors for mistake in error.mistakes):
@@ -188,9 +191,9 @@ def _with_parameters(
     """The keys that vary in a sweep, and its cases with the values of these keys.
 
     Args:
-        varied: Dotted keys that the grid file varies; those whose values differ between cases are returned.
-        found: The cases, each with what it was made of.
-        always: Keys whose values each case has, too, whether they vary or not.
+        varied: Dotted keys that the grid file varies; of these, the ones whose values differ are returned.
+        found: The cases, each with the draft that it was made from.
+        always: Keys that are parameters of each case whether they vary or not.
     """
     values: list[Mapping[str, Plain]] = []
     for case, draft in found:

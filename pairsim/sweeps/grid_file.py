@@ -35,7 +35,7 @@ def _listed(value: list[Any] | GridRange) -> list[Any]:
 
 
 def _bounds(value: Any) -> Any:
-    """A value of `exclude`: any, but the bounds of {min, max} are numbers."""
+    """Check a value of `exclude`: it may be anything, but the bounds of {min, max} must be numbers."""
     if isinstance(value, Mapping) and not all(map(is_finite, value.values())):
         raise ValueError("must have numbers for min and max")
     return value
@@ -48,7 +48,7 @@ def _folder(name: str) -> str:
 
 
 def as_list(value: Any) -> list[Any]:
-    """A list, or a single value as one."""
+    """The value if it is a list, else a list with the single value."""
     return value if isinstance(value, list) else [value]
 
 
@@ -57,7 +57,7 @@ Exclusion = Annotated[
     dict[str, Annotated[Any, BeforeValidator(_bounds)]], Field(min_length=1, examples=["{Ca_e: 0, De: {min: 1}}"])
 ]
 FolderName = Annotated[str, AfterValidator(_folder)]
-if TYPE_CHECKING:  # mypy cannot know them
+if TYPE_CHECKING:  # their types depend on values that mypy does not know
     CommandName = str
     Values = dict[str, list[Any]]
 else:
@@ -73,7 +73,7 @@ else:
 
 
 class SweepFile(Keys):
-    """A grid file: many cases for one command. Ranges become lists of values, a single group of `zip` a list of one."""
+    """A grid file: many cases for one command. Ranges become lists of values, a single group of `zip` a list."""
 
     name: FolderName | None = Field(None, description="name of the sweep and of its folder; default: that of the file")
     command: CommandName = Field("run", description="command that computes each case")

@@ -1,4 +1,4 @@
-"""What a child process does of a sweep: a case. What becomes of it is in its folder."""
+"""The work of a child process in a sweep: it computes one case, whose results go to the folder of the case."""
 
 from __future__ import annotations
 
@@ -20,9 +20,10 @@ if TYPE_CHECKING:
 
 
 def compute(task: Task) -> tuple[str, str]:
-    """Compute a case of a task and write it to its folder, from its checkpoint if it has one.
+    """Compute the case of a task and write its folder; a run goes on from its checkpoint, if it has one.
 
-    Returns reason and message of its failure, where run.json does not have them; else empty.
+    Returns:
+        Reason and message of a failure, which run.json may not have; empty texts if the computation was carried out.
     """
     folder, question = task.folder, QUESTIONS[task.command]
     try:
@@ -30,7 +31,7 @@ def compute(task: Task) -> tuple[str, str]:
         with Signals() as signals:
             options = Options(True, Reporter(), task.line, own_files(QUESTIONS.values()), signals)
             if question.resumable and (folder / CHECKPOINT).is_file():
-                with suppress(InputError):  # it cannot be used
+                with suppress(InputError):  # the checkpoint cannot be used
                     outcome = carry_out(question, case, folder, options, resume=True, **task.flags)
             if outcome is None:
                 outcome = carry_out(question, case, folder, options, **task.flags)

@@ -1,4 +1,4 @@
-"""What a person sees of a sweep: before it begins (--dry-run), while it goes on, and by `pairsim status`."""
+"""What users see of a sweep: before it begins (--dry-run), while it is computed, and with `pairsim status`."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from pairsim.runtime.text import counted
 from pairsim.sweeps.folder import CaseState, SweepRecord, SweptCase
 from pairsim.sweeps.grid import Grid
 
-NUMBER = re.compile(r"[-+]?\d[\d.]*(e[-+]?\d+)?")  # by which the warnings of one kind differ
+NUMBER = re.compile(r"[-+]?\d[\d.]*(e[-+]?\d+)?")  # warnings that differ only in numbers are of one kind
 COLOURS = {"finished": "green", "failed": "red", "interrupted": "yellow", "running": "cyan"}
-"""Of cases, by status."""
+"""Colours of the statuses of cases."""
 
 
 def headline(state: CaseState) -> str:
-    """How a case has ended, in a line."""
+    """How a case has ended, in one line."""
     dU, seconds = state.values.get("dU"), state.values.get("wall_time")
     reason = f" ({state.reason})" if state.reason not in ("", "end") else ""
     shown = f"  dU = {dU:+.4e}" if isinstance(dU, float) else ""
@@ -32,9 +32,9 @@ def headline(state: CaseState) -> str:
 
 
 def summarised(cases: Sequence[SweptCase]) -> list[str]:
-    """The warnings of the cases of a sweep, one of each kind: the first one, its case, and how many more there are.
+    """The warnings of the cases of a sweep, one of each kind: the first, its case, and how many more cases have it.
 
-    Warnings that differ in their numbers alone are of one kind.
+    Warnings that differ only in their numbers are of one kind.
     """
     kinds: dict[str, list[tuple[str, str]]] = {}
     for case in cases:
@@ -46,10 +46,10 @@ def summarised(cases: Sequence[SweptCase]) -> list[str]:
 
 
 def status_view(sweep: SweepRecord, working: bool) -> Group:
-    """What `pairsim status` shows of a sweep: how many cases there are of each status, warnings, and failures.
+    """The output of `pairsim status` for a sweep: the number of cases of each status, warnings, and failures.
 
     Args:
-        sweep: The sweep, as of `read_sweep`.
+        sweep: The sweep, as returned by `read_sweep`.
         working: Whether a command is computing it now.
     """
     counts, cases = sweep.counts, sweep.cases

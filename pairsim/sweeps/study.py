@@ -1,4 +1,4 @@
-"""`pairsim study`: error and wall time of one case in several discretisations, each a case of a sweep."""
+"""`pairsim study`: error and wall time of one case in several discretisations, which are the cases of a sweep."""
 
 from __future__ import annotations
 
@@ -54,7 +54,10 @@ def compute_study(
 ) -> tuple[int, str, Path]:
     """Compute the cases of a study that are not finished yet, and write study.csv and study.png into its folder.
 
-    Arguments are those of `pairsim study`; returns exit code and message of its sweep, and the folder.
+    The arguments are those of `pairsim study`.
+
+    Returns:
+        Exit code and message of its sweep, and the folder.
 
     Raises:
         InputError: The study is invalid, the folder belongs to another one, or another command is writing to it.
@@ -76,7 +79,7 @@ def compute_study(
 
 
 def study_table(file: StudyFile, grid: Grid, directory: Path) -> pd.DataFrame:
-    """The columns of study.csv, with a row for each discretisation in the order of the file."""
+    """The table study.csv, with a row for each discretisation in the order of the file."""
     compared = [f"{file.quantity}@{place:g}" for place in file.places] or [file.quantity]
     rows = [{**case.parameters, **_measured(directory / case.folder, file, compared)} for case in grid.cases]
     table = pd.DataFrame(rows, columns=[*grid.varying, *(column.name for column in MEASURED), *compared])

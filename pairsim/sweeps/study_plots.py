@@ -23,9 +23,12 @@ WORDS = "lines: the same but for the cells; dots: the same but for the steps"
 
 @printing()
 def plot_study(directory: Path, out: Path | None = None, page: Page | None = None) -> list[Path]:
-    """Draw `study` from study.csv, into the folder of the study or another; returns the files written.
+    """Draw `study` from study.csv into the folder of the study, or into `out`; returns the files written.
 
-    There are none while no error is known.
+    Nothing is drawn as long as no error is known.
+
+    Raises:
+        InputError: The folder is not that of a study.
     """
     if not (directory / "sweep.json").is_file():
         raise InputError(str(directory), "", None, "must be the folder of a study of this version; compute it again")
@@ -55,12 +58,12 @@ def plot_study(directory: Path, out: Path | None = None, page: Page | None = Non
 
 
 def _line(group: pd.DataFrame, look: Look, label: str = "", marked: Sequence[int] = ()) -> Line:
-    """Error against wall time of a family."""
+    """The line of a family: error against wall time; points in `marked` get a marker."""
     x, y = (group[name].to_numpy() for name in (WALL_TIME.name, ERROR.name))
     return Line(0, x, y, look={"linewidth": 0.8, "linestyle": "-", **look}, label=label, marked=marked)
 
 
 def _words(row: pd.Series[Any], of_mesh: bool) -> str:
-    """The settings of the mesh of a row, or its others, such as Np 20, max_size 0.1."""
+    """The settings of a row that concern the mesh, or all others, such as Np 20, max_size 0.1."""
     names = [name for name in settings_of(row.index) if name.startswith(FAMILIES["space"]) == of_mesh]
     return ", ".join(f"{name.rpartition('.')[2]} {shown(row[name])}" for name in names if row[name] == row[name] != "")

@@ -1,4 +1,4 @@
-"""The table of a study: what its columns are, and which rows belong together."""
+"""The table of a study: its columns, and the families to which its rows belong."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ NEWTON_ITERATIONS = of_cases("newton_iterations", "total number of Newton iterat
 FACTORISATIONS = of_cases("factorisations", "total number of factorisations of Newton's matrix", whole=True)
 COUNTS = (UNKNOWNS, STEPS, NEWTON_ITERATIONS, FACTORISATIONS)
 MEASURED = (HOW_IT_STANDS, WHY, *COUNTS, WALL_TIME)
-"""What the records of cases have; the compared values follow."""
+"""Columns from the records of the cases; those of the compared values follow."""
 COMPARED = of_cases("*@*", "the compared column at each entry of `at`, such as dU@0.5; its last value without `at`")
 ERROR = of_cases("error", "largest difference from the reference, over all entries of `at`")
 RELATIVE_ERROR = of_cases("relative_error", "error relative to the largest value of the reference")
@@ -32,7 +32,7 @@ STUDY_COLUMNS = Columns(
     *(OF_CASES, NEWTON_ITERATIONS, FACTORISATIONS, COMPARED, ERROR, RELATIVE_ERROR, REFERENCE, ORDERS.values())
 )
 """The columns of study.csv, beside the keys that vary; `*` stands for a variable part of the name."""
-FIXED_STEP = "time.fixed_step"  # the key of runs whose steps are all equal
+FIXED_STEP = "time.fixed_step"  # the key of a run with equal time steps
 FAMILIES = {"space": "mesh.", "time": "time."}
 """Discretisations that differ only in keys with one of these prefixes form a family, for which orders are computed."""
 
@@ -43,9 +43,10 @@ def settings_of(columns: Iterable[Any]) -> list[str]:
 
 
 def families(table: pd.DataFrame, family: str) -> Iterator[pd.DataFrame]:
-    """Rows of study.csv that differ in keys of a family only, the coarsest first, with `order`, from row to row.
+    """Yield the groups of rows of study.csv that differ only in keys of a family ("space" or "time").
 
-    Fixed and controlled steps have different errors and are apart.
+    In each group the coarsest discretisation comes first, and the column `order` has the observed order of convergence
+    from the row before. Runs with fixed and with controlled time steps are in different groups.
     """
     counts = table.reindex(columns=[UNKNOWNS.name, STEPS.name]).astype(float)  # curves have no steps
     h = counts[UNKNOWNS.name] ** -0.5 if family == "space" else 1 / counts[STEPS.name]

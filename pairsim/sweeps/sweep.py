@@ -29,16 +29,16 @@ from pairsim.sweeps.grid import Grid, SweepCase
 from pairsim.sweeps.progress import headline, summarised
 from pairsim.sweeps.task import Task, compute
 
-POLL = 0.1  # interval at which signals are heeded [s]
-EVERY = 10.0  # time between two writings of results.csv [s]; that of 10,000 cases takes half a second
+POLL = 0.1  # interval at which signals are checked [s]
+EVERY = 10.0  # least time between two writings of results.csv [s]; with 10,000 cases one takes half a second
 MACHINE = ("write_failed", "out_of_memory", "refused", EnvironmentFailure.reason)
-"""Reasons of failures of the machine, not of the case, which the next command repeats."""
+"""Reasons of failures that are due to the machine, not to the case: the next command computes such cases again."""
 INTERRUPTED = 130  # exit code of a sweep that was interrupted
 
 
 @dataclass(frozen=True)
 class Options:
-    """How the cases of a sweep are computed: the arguments of `pairsim.sweep`, signals caught by the caller."""
+    """How the cases of a sweep are computed: arguments of `pairsim.sweep`, and the signals that the caller catches."""
 
     case_timeout: float | None = None
     progress: bool = False
@@ -47,22 +47,22 @@ class Options:
 
 
 Workers = Sequence[tuple[Executor, int | None]]
-"""What computes cases: executors, each with the number of tasks that it is given at a time; None: all."""
+"""The executors that compute cases, each with the number of tasks that it is given at a time; None for all."""
 
 
 def with_workers[T](work: Callable[[Workers], T], executor: Executor | None = None, count: int = 1) -> T:
-    """Call a function with the workers of its sweeps.
+    """Call a function with the workers that compute the cases of its sweeps.
 
-    All processes that mpirun has started call this. The first one of them then calls the function, and the others work
-    until it has ended; each returns its result, or raises its exception.
+    Under mpirun all processes must call this. Only the first one calls the function, and the others are its workers
+    until it returns; all of them then return its result, or raise its exception.
 
     Args:
         work: The function.
         executor: Computes the cases; by default `count` threads of this process do, or the processes of mpirun.
-        count: Number of threads.
+        count: Number of threads; 1 under mpirun.
 
     Raises:
-        InputError: There are several workers under mpirun.
+        InputError: `count` is above 1 under mpirun.
     """
     if executor is not None:
         return work([(executor, None)])
@@ -102,7 +102,7 @@ def _signals_left_to_the_first(rank: int) -> Iterator[None]:
 
 
 def run_sweep(grid: Grid, directory: Path, options: Options, workers: Workers) -> tuple[int, str]:
-    """Compute the cases of a grid that are not finished; the folder is made, or else that of an earlier sweep goes on.
+    """Compute the cases of a grid that are not finished, in a new folder or in that of an earlier sweep of this grid.
 
     Returns:
         Exit code (0: no case has failed; 3: some have; 4: the environment is at fault; 130: interrupted) and message.
@@ -116,7 +116,7 @@ def run_sweep(grid: Grid, directory: Path, options: Options, workers: Workers) -
 
 
 class _Sweep:
-    """A sweep at work: its tasks, and how its cases stand; arguments as of `run_sweep`, the folder locked."""
+    """A sweep while it is computed: its tasks and the states of its cases; see `run_sweep`, which locks the folder."""
 
     def __init__(self, grid: Grid, directory: Path, options: Options, workers: Workers) -> None:
         self.directory, self.options = directory, options
@@ -157,7 +157,7 @@ class _Sweep:
         return self._verdict()
 
     def _step(self) -> None:
-        """Submit what can be submitted, and take what has ended, for which it waits a moment."""
+        """Submit tasks to all free workers, and take one that has ended, for which this waits up to `POLL`."""
         while self.todo and self.free and not self.why:
             self._submit(self.free.pop(), self.todo.popleft())
         try:
@@ -194,7 +194,7 @@ class _Sweep:
             self._stop(EnvironmentFailure.exit_code, state.message)
 
     def _stop(self, code: int, why: str) -> None:
-        """Begin no further cases, and let the running ones end in order."""
+        """Begin no further cases, and ask the running ones to stop after writing what they have."""
         if self.why:
             return
         self.code, self.why = code, why
@@ -234,6 +234,6 @@ def _result(future: Future[CaseState], folder: str) -> CaseState:
         return future.result()
     except CancelledError:
         return CaseState(folder)
-    except Exception as error:  # the executor's: a task raises nothing
+    except Exception as error:  # from the executor: tasks themselves raise nothing
         why = f"the executor has not computed it ({type(error).__name__}: {error})"
         return CaseState(folder, "failed", "not_computed", why)

@@ -31,11 +31,12 @@ from pairsim.sweeps.folder import SweptCase, read_sweep
 def plot_sweep(
     directory: Path, out: Path | None = None, group: str | None = None, page: Page | None = None
 ) -> list[Path]:
-    """Draw a sweep, finished or not; the varying key `group` chooses colours.
+    """Draw a sweep, finished or not; colours distinguish the values of the varying key `group`.
 
-    Returns the files written: of runs `sweep_series` (every case against t and d), of curves `sweep_curves` (all of
-    them); where a parameter is a number, `sweep_parameters` of runs (the last dU) or `sweep_zeros` of curves and
-    critical distances (the zeros of dU) over the one with the most values.
+    Returns:
+        The files written: `sweep_series` of runs (every case against t and d), or `sweep_curves` of curves. If a
+        parameter is a number, also `sweep_parameters` of runs (the last dU), or `sweep_zeros` of curves and critical
+        distances (the zeros of dU), both over the parameter with the most values.
 
     Raises:
         InputError: The folder is not that of a sweep, has nothing to draw, or `group` does not vary.
@@ -47,7 +48,7 @@ def plot_sweep(
     cases = [Drawn(case, own, directory) for case, own in zip(sweep.ended, units, strict=True)]
     parameters, varying, command = [case.parameters for case in cases], sweep.varying, sweep.question.name
     if quantities := [key for key in varying if key.startswith(BLOCK)]:
-        # Numbers that follow from quantities of an experiment need no lines of their own, unless they are chosen.
+        # Numbers that follow from physical quantities are not listed as parameters, unless one is chosen as the group.
         telling = varying_keys(parameters, [*quantities, *varying])
         varying = [key for key in varying if key in telling or key == group]
     Encoding.of(parameters, varying, group)  # refuses keys that do not vary
@@ -108,7 +109,7 @@ def _elasticity(case: Drawn) -> float:
 
 
 def _lines(cases: Sequence[Drawn], curve: bool) -> list[Line]:
-    """Every case as its own picture shows it; a cross ends the line of a case that failed."""
+    """The lines of all cases, as in the pictures of their folders; a cross ends the line of a case that failed."""
     lines: list[Line] = []
     for case in cases:
         with suppress(InputError):  # a case that failed before its first row has nothing to show
@@ -126,9 +127,10 @@ def _draw_parameters(
     out: Path,
     page: Page,
 ) -> list[Path]:
-    """The last value of the quantity, or the zeros of dU, over the number or quantity with the most values.
+    """Draw the last value of a quantity, or the zeros of dU, over the varying number with the most values.
 
-    The others choose colours, styles and panels. Nothing is drawn where no number varies. Runs have columns (`main`).
+    The other varying keys determine colours, styles and panels. Nothing is drawn if no number varies. `main` has the
+    columns of the main table of runs; it is None for zeros.
     """
     known = {name: measured([case.parameters.get(name) for case in cases]) for name in varying}
     numbers = {name: pair for name, pair in known.items() if pair is not None and len(set(pair[0])) > 1}
@@ -154,7 +156,7 @@ def _draw_parameters(
 def _ends(
     cases: Sequence[Drawn], places: Sequence[float], quantity: Column, half_width: str, encoding: Encoding
 ) -> list[Line]:
-    """The last values with those of a column of half-widths; lines join cases that share all other parameters."""
+    """The last values of a quantity, with half-widths from a column; a line joins cases that differ in x alone."""
     lines: dict[Hashable, tuple[Parameters, list[tuple[float, float, float]]]] = {}
     for place, case in zip(places, cases, strict=True):
         if case.finished and (last := case.number(quantity.name)) is not None:

@@ -1,7 +1,7 @@
-"""What a sweep gives to an executor: a case, computed in a child process.
+"""The tasks that a sweep gives to an executor: each computes one case in a child process.
 
-The child belongs to the thread of the executor that computes the task, and is used for the next one. A case that
-crashes, hangs or is killed therefore costs itself alone, whichever executor it is.
+The child belongs to the thread of the executor that computes the task, and is used for its next task. With any
+executor, a case that crashes, hangs or is killed is thus the only one that is lost.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ class Task:
     """A case of a sweep."""
 
     folder: Path  # its folder, in that of the sweep
-    command: str  # that computes it
+    command: str  # name of its question
     key: str  # its hash
-    case: bytes  # pickled; only the child, which knows the same laws of one's own as the sweep, unpickles it
+    case: bytes  # pickled; only the child unpickles it, as it has loaded the laws of the user
     line: str  # command line of the sweep, for run.json
     timeout: float | None  # largest wall time [s]; None for no limit
-    environment: Mapping[str, str]  # variables of the child
+    environment: Mapping[str, str]  # environment variables of the child, beside those of its parent
     flags: Mapping[str, bool]  # options of the command
 
     @property
@@ -44,14 +44,14 @@ class Task:
         return read_state(self.folder, self.key, values=False).status == "finished"
 
     def in_child(self) -> tuple[str, str]:
-        """Compute it; returns reason and message of a failure that run.json does not have, else empty texts."""
+        """Compute the case; returns reason and message of a failure that run.json may not have, else empty texts."""
         from pairsim.sweeps.in_child import compute as in_this_process  # loads FEniCSx
 
         return in_this_process(self)
 
 
 def compute(task: Task) -> CaseState:
-    """Compute a task, for a worker of any executor; returns the state of its case, "pending" if it was stopped."""
+    """Compute a task in a worker of any executor; returns the state of its case, "pending" if it was stopped."""
     refusal = None if task.finished or task.stop.exists() else _compute(task)
     return refusal or read_state(task.folder, task.key)
 
@@ -76,7 +76,7 @@ def _compute(task: Task) -> CaseState | None:
         reason, message = why, f"stopped after {task.timeout:g} s"
     else:
         reason, message = said.result if said is not None else child.death
-    if reason == "refused":  # the folder is someone else's
+    if reason == "refused":  # the folder belongs to something else, and must not be written to
         return CaseState(folder.name, "failed", reason, message)
     if reason:
         record = Record.read(folder)

@@ -26,23 +26,23 @@ from pairsim.sweeps.atlas_file import AtlasFile
 from pairsim.sweeps.grid import Grid, grid_from
 from pairsim.sweeps.sweep import Options, Workers, run_sweep
 
-EVERY = 6  # curves of a round, after which the atlas is made anew
-STRETCH = 1.25  # of draws from their middle, so that a fifth of the values of each are on ends of their ranges; chosen
-OF_BEADS = "5%"  # accuracy of single beads, whose velocities are then known to 3e-5
+EVERY = 6  # curves per round; after each round the atlas is fitted anew
+STRETCH = 1.25  # factor by which draws are stretched about their middle: a fifth are then at ends of the range; chosen
+OF_BEADS = "5%"  # `accuracy` of single beads, with which their velocities are known to 3e-5
 SEED_OF_BEADS = 2  # added to the seed of the file
 type Ends = tuple[float, float]
 
 
 @dataclass(frozen=True)
 class UnequalBuilding:
-    """The making of unequal pairs.
+    """The computation of the unequal pairs of an atlas.
 
     Attributes:
         path: The atlas file, which messages name.
         file: Its content.
         base: Keys that all curves share.
-        atlas: The atlas to which they are added.
-        others: Atlases whose unequal curves in the box are added, too.
+        atlas: The atlas to which the pairs are added.
+        others: Further atlases, whose unequal curves that lie in the box are added, too.
         options: How curves are computed.
     """
 
@@ -55,7 +55,7 @@ class UnequalBuilding:
 
     @property
     def ratios(self) -> dict[str, list[float]]:
-        """As of `Unequal`."""
+        """Least and largest ratios of diameters and moduli, as in `Unequal.ratios`."""
         return {"diameters": [*self._diameters], "moduli": [*self._moduli]}
 
     @property
@@ -69,10 +69,12 @@ class UnequalBuilding:
         return self.file.moduli
 
     def build(self, directory: Path, table: str, workers: Workers) -> tuple[int, str]:
-        """Compute what is not there yet, and write the atlas after each round; returns exit code and message.
+        """Compute the curves that have not been computed yet, and write the atlas after each round.
+
+        Returns exit code and message.
 
         Raises:
-            InputError: The atlas is of another box or of other cases.
+            InputError: The atlas has other ratios, another box or other cases.
         """
         atlas, before = self.atlas, self.atlas.unequal
         if before is not None and before.ratios != self.ratios:
@@ -107,10 +109,10 @@ class UnequalBuilding:
         return code, f"{message}; {_known(atlas, curves)}"
 
     def _grid_of_pairs(self, x: Array, name: str) -> Grid:
-        """The cases of pairs, by coordinates from 0 to 1, shape (pairs, 5).
+        """The cases of the pairs at coordinates `x` from 0 to 1, shape (pairs, 5).
 
         Raises:
-            InputError: They are no pairs, or not of the physics of the atlas.
+            InputError: The base is not that of pairs, or not of the box and physics of the atlas.
         """
         cases: list[Plain] = [*pairs_at(x, self.file, self._diameters, self._moduli)]
         grid = grid_from(self.path, {"name": name, "command": "curve", "base": self.base, "cases": cases})
@@ -135,10 +137,11 @@ class UnequalBuilding:
 
 
 def pairs_at(x: Array, file: AtlasFile, diameters: Ends, moduli: Ends) -> Iterator[dict[str, Plain]]:
-    """The pairs at coordinates from 0 to 1: beta, De, Ca_e and the logarithms of both ratios, shape (pairs, 5).
+    """Yield the pairs at coordinates `x` from 0 to 1, shape (pairs, 5), as keys of cases.
 
-    Both beads are in the box. The parameters are between those of which both are inside; that of Ca_e is the softer
-    bead's.
+    The coordinates are beta of the trailing bead, De (squared, so that small ones are denser), Ca_e of the softer bead,
+    and the logarithms of the ratios of diameters and of moduli. The ranges of beta and Ca_e are narrowed so that both
+    beads lie in the box.
     """
     for a, b, c, size, softness in _to_the_ends(x):
         larger, stiffer = (_in_logarithms(*each) for each in ((diameters, size), (moduli, softness)))
@@ -162,7 +165,7 @@ def _in_logarithms(ends: Ends, part: float) -> float:
 
 
 def grid_of_beads(path: Path, name: str, base: Mapping[str, Plain], places: Array) -> Grid:
-    """The cases of single beads of an atlas file at places, shape (beads, 3), as a sweep of that name."""
+    """The sweep of a name over single beads of an atlas file, at places (beta, De, Ca_e), shape (beads, 3)."""
     cases: list[Plain] = [dict(zip(PARAMETERS, map(float, each), strict=True)) for each in places]
     shared = {key: value for key, value in base.items() if key not in ("d", "tol")}
     coarse = {} if "mesh" in shared else {"accuracy": OF_BEADS}
@@ -171,7 +174,7 @@ def grid_of_beads(path: Path, name: str, base: Mapping[str, Plain], places: Arra
 
 
 def beads_in(folders: Sequence[Path]) -> tuple[Array, Array]:
-    """beta, De and Ca_e of single beads, (beads, 3), and their velocities, (beads,), of the folders of their curves."""
+    """Read single beads from folders: beta, De and Ca_e, shape (beads, 3), and velocities [U_av], shape (beads,)."""
     places, velocities = [], []
     for folder in folders:
         case = read_yaml(folder / "case.yaml")
@@ -186,7 +189,9 @@ def _velocity(folder: Path) -> float:
 
 
 def _joined(atlas: Atlas, curves: UnequalCurves | None, other: Atlas, source: str) -> UnequalCurves | None:
-    """Unequal curves with those of another atlas whose beads are in the box; these count as none at random.
+    """Unequal curves, with those of another atlas whose beads lie in the box; the latter do not count as random.
+
+    Messages name the file `source`.
 
     Raises:
         InputError: The other one has other distances.
@@ -205,7 +210,7 @@ def _joined(atlas: Atlas, curves: UnequalCurves | None, other: Atlas, source: st
 
 
 def _known(atlas: Atlas, curves: UnequalCurves) -> str:
-    """How many unequal curves an atlas has, and how well it knows those that are left out."""
+    """The number of unequal curves of an atlas, and the median over them of its leave-one-out error, in words."""
     assert atlas.of_unequal is not None
     size = 100 * np.sqrt(np.median(np.mean(left_out(atlas.of_unequal) ** 2, axis=1)))
     many = f"{len(curves.De)} curves of unequal pairs"
