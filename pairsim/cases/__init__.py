@@ -1,1 +1,1 @@
-"""Cases: YAML or a dict becomes a validated model; keys, units, materials, checks, cost."""
+"""Cases: how YAML or a dict becomes a validated model; keys, units, materials, checks, estimated cost."""

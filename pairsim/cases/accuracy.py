@@ -1,7 +1,7 @@
 """Cell sizes and tolerances for each value of `accuracy:`, the error of dU relative to the peak of the curve.
 
-Settings of three percentages were measured (docs/explanation/accuracy.md), those of others lie between them. Where
-the error of dU is estimated they are a first guess, and the mesh is adapted until the estimate is small enough:
+The settings for three percentages were measured (docs/explanation/accuracy.md); those for others are interpolated.
+Where the error of dU is estimated they are a first guess, and the mesh is adapted until the estimate is small enough:
 `pairsim.solvers.curves.adaptation`, for runs `pairsim.solvers.transient.adaptation`.
 """
 
@@ -16,14 +16,14 @@ from typing import Annotated, Any, Literal, get_args
 from pydantic import BeforeValidator, Field
 
 LEAST_PERCENT, MOST_PERCENT = 0.01, 20.0
-MOST_TOLERANCE = 0.1  # of a tolerance extrapolated beyond the levels
+MOST_TOLERANCE = 0.1  # largest tolerance of time steps when it is extrapolated beyond the levels
 
 
 def percentage(value: Any) -> str:
     """Validate a percentage and write it in its shortest form, such as "0.5%".
 
     Raises:
-        ValueError: The value is no percentage, or outside the range.
+        ValueError: The value is not a percentage, or is outside the range.
     """
     number = re.fullmatch(r"\s*(\d{1,9}\.?\d{0,9}|\.\d{1,9})\s*%\s*", value) if isinstance(value, str) else None
     if number is None or not LEAST_PERCENT <= float(number[1]) <= MOST_PERCENT:
@@ -35,14 +35,20 @@ Accuracy = Annotated[
     str, Field(pattern=r"^\s*(\d+\.?\d*|\.\d+)\s*%\s*$", examples=["0.5%"]), BeforeValidator(percentage)
 ]
 Liquid = Literal["newtonian", "viscous", "thinning", "hardening"]
-"""Kinds of liquids by the cells that they need: Newtonian, whose profile in the tube any cells carry; without a memory,
-but with another profile; viscoelastic and shear-thinning, whose polymer stress is advected far downstream; and
-viscoelastic ones that harden in extension, with thin stress layers at the particles."""
-# Length of cells across the tube on the axis over that at the wall, in rows of runs in viscoelastic liquids. While the
-# flow starts, the stress varies most next to the wall, and what equal cells leave of it flows past the pair.
-# Quasi-steady pairs gain nothing by it (docs/explanation/decisions.md).
+"""Kinds of liquids by the cells that they need:
+
+- newtonian: any cells resolve the parabolic profile in the tube;
+- viscous: without a memory, but with another profile;
+- thinning: viscoelastic and shear-thinning; the polymer stress is advected far downstream;
+- hardening: viscoelastic and hardening in extension; there are thin stress layers at the particles.
+"""
+# In runs in viscoelastic liquids, the length across the tube of cells in rows: that on the axis over that at the wall.
+# During start-up the stress varies most near the wall, and the error that cells of equal length make there is advected
+# past the pair. Quasi-steady pairs gain nothing from it (docs/explanation/decisions.md).
 ROW_GRADING = 3.5
-PROFILE_ROWS = 1.0  # rows of cells where only this profile is left, without a memory (docs/explanation/decisions.md)
+# `Cells.rows` in liquids without a memory: farther from the particles only the profile of the tube has to be resolved
+# (docs/explanation/decisions.md).
+PROFILE_ROWS = 1.0
 PIPE_CELL = 0.05  # largest cell in a tube without particles, where only the profile over the radius matters
 
 
@@ -52,7 +58,7 @@ class Cells:
 
     Np: int  # number of cells on the half-circle of a particle
     max_size: float  # upper bound on the cell size [D_c]
-    per_beta: float = math.inf  # the same over the smallest particle diameter; the stricter bound holds
+    per_beta: float = math.inf  # upper bound on the cell size over the smallest diameter; the stricter bound holds
     rows: float = 0.0  # distance from the particles beyond which cells lie in rows along the tube [D_c]; 0: no rows
     grading: float = 1.0  # length of arcs at the poles over that at the equator
 
@@ -81,12 +87,12 @@ class Settings:
 
 
 def _by_liquid(newtonian: Cells, profile: float, *others: Cells) -> dict[Liquid, Cells]:
-    """Cells by liquid, with the largest cells that carry the profile of a viscosity that depends on the shear rate."""
+    """Cells by kind of liquid; `profile` is the largest cell [D_c] if the viscosity depends on the shear rate."""
     viscous = replace(newtonian, max_size=profile, rows=PROFILE_ROWS)
     return dict(zip(get_args(Liquid), (newtonian, viscous, *others), strict=True))
 
 
-# Beside a particle, where the liquid is as fast as it, stresses have thin layers; at its poles they have none.
+# Stresses have thin layers around the equator of a particle, where the liquid is as fast as it, but not at its poles.
 _GRADED = 2.0
 SETTINGS: dict[str, Settings] = {
     "5%": Settings(
@@ -120,10 +126,10 @@ def percent(accuracy: str) -> float:
 
 
 def settings_of(accuracy: str) -> Settings:
-    """The settings of a valid accuracy: power laws between those of the two nearest percentages with settings.
+    """The settings of a valid accuracy, interpolated by power laws between the two nearest levels of `SETTINGS`.
 
-    Cells are no finer than those of the least of these and no coarser than those of the largest; tolerances follow the
-    power laws beyond.
+    Beyond the outermost levels, cells and `s_jump` keep the values of the level, and the tolerance of time steps is
+    extrapolated, up to `MOST_TOLERANCE`.
     """
     wanted, levels = percent(accuracy), sorted(SETTINGS, key=percent)
     upper = next((i for i, level in enumerate(levels) if i and percent(level) >= wanted), len(levels) - 1)

@@ -1,4 +1,4 @@
-"""What a key allows, as text made from the JSON schema of its model."""
+"""The values that a key allows, in words made from the JSON schema of its model."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ KINDS = {
     "string": "text",
     "object": "keys with their values",
 }
-"""What a value is, by its type in a JSON schema."""
+"""The types of a JSON schema in words."""
 LIMITS = {"exclusiveMinimum": "above", "minimum": "at least", "exclusiveMaximum": "below", "maximum": "at most"}
 
 
 def allowed_in(model: type[BaseModel], name: str) -> str:
-    """What a key allows, as text made from its JSON schema."""
+    """The values that a key allows, in words made from its JSON schema."""
     return _words(_json_schema(model)["properties"][name])
 
 
@@ -34,7 +34,7 @@ def _json_schema(model: type[BaseModel]) -> JsonSchemaValue:
 
 
 def _words(schema: JsonSchemaValue) -> str:
-    """What a part of a JSON schema allows, as text."""
+    """The values that a part of a JSON schema allows, in words."""
     if "enum" in schema or "const" in schema:
         return ", ".join(map(str, schema.get("enum", [schema.get("const")])))
     if "$ref" in schema or "discriminator" in schema:

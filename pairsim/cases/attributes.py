@@ -1,4 +1,4 @@
-"""Numbers in the files of instruments, each declared once with its unit and the range of what is physical."""
+"""Numbers in the files of instruments, each declared with its unit and its physical range."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from pairsim.quantities.measurable import Measurable
 class Attribute:
     """A number that a file gives by name.
 
-    The range is wide enough for every instrument, and so narrow that most numbers in another unit are outside of it.
+    The range is wide enough for every instrument, yet so narrow that most numbers in a wrong unit are outside of it.
 
     Attributes:
         key: Its name in the file.
         unit: Its unit as files write it, such as "uL/s"; empty for a pure number.
         least: Least value.
         most: Largest value.
-        open: Whether least and largest value themselves are excluded.
+        open: Whether the least and the largest value themselves are excluded.
     """
 
     key: str
@@ -40,17 +40,17 @@ class Attribute:
         return f"{words.format(self.least, self.most)} {self.unit}".rstrip()
 
     def holds(self, values: Any) -> Any:
-        """Whether numbers are physical; not of nan."""
+        """Whether each number is in the range, in an array of the same shape; nan is not."""
         values = np.asarray(values, dtype=float)
         if self.open:
             return (values > self.least) & (values < self.most)
         return (values >= self.least) & (values <= self.most)
 
     def number(self, value: Any) -> float:
-        """The number in the unit of the attribute, of what h5py or JSON give: a number, or a text that may have a unit.
+        """Convert a value from h5py or JSON, a number or a text that may have a unit, to the unit of the attribute.
 
         Raises:
-            ValueError: It is no physical value; says what is allowed.
+            ValueError: The value is not a single number in the range; says what is allowed.
         """
         given = np.asarray(value)
         entry = given.reshape(-1)[0] if given.size == 1 else None

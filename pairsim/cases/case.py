@@ -37,16 +37,16 @@ ENDS = "ends of the tube: with the developed flow profile, or periodic with impo
 
 
 OF_LAWS = {**Liquid.OF_POLYMER, **Solid.OF_ALL}
-"""What is declared of the numbers that all liquids or all solids have."""
+"""The declarations of the parameters that all liquids with a polymer, or all solids, have."""
 
 
 def _number(name: str, caption: int, **more: Any) -> Key:
-    """The declaration of such a number; `more` is what else is declared of it."""
+    """The key of a parameter in `OF_LAWS`; `more` are further arguments of `Key`."""
     return Key(OF_LAWS[name].symbol, part=Part.MATERIAL, caption=caption, **more)
 
 
 def _limits(name: str) -> tuple[Any, ...]:
-    """The limits of such a number, which is 0 or in a range."""
+    """The limits of a parameter in `OF_LAWS`, which is 0 or in a range."""
     return values.zero_or(OF_LAWS[name].least, OF_LAWS[name].most)
 
 
@@ -57,14 +57,14 @@ def _named(text: str) -> str:
 
 
 def _no_polymer(case: SceneCase) -> str:
-    """Why a case has no viscosity of a solvent apart."""
+    """Why `xi` has no effect in a case, namely because its liquid has no polymer; "" where it has one."""
     if case.liquid_model.modes:
         return ""
     return f"the liquid is {case.liquid_model.label}" + ("" if case.is_viscous else " at De = 0")
 
 
 def _check_length(case: SceneCase) -> Iterator[Mistake]:
-    """Yield the mistake of a tube that is too short for its particles, or as long as follows where nothing does."""
+    """Yield the mistake of a tube that is too short for its particles, or of `auto` with ends that need a number."""
     if case.length == "auto" and case.ends != "developed":
         yield Mistake("length", "auto", "must be a number with ends: periodic; auto requires ends: developed")
     elif case.n and not case.closed and case.tube_length < (least := case.cluster + 2 * FREE_ENDS):
@@ -94,12 +94,12 @@ SOLID = Key(
 
 
 class SceneCase(Keys):
-    """Keys that run, curve and critical share. beta, Ca_e: one value for all particles, or a list from upstream."""
+    """Keys that all questions share. beta, Ca_e: one value for all particles, or a list from upstream."""
 
     kind: ClassVar[str]
     """The command that the case is for."""
     in_time: ClassVar[bool] = False
-    """Whether it is solved in time, for which `accuracy` has other cells than for steady states."""
+    """Whether it is solved in time, for which `accuracy` sets other cells than for steady states."""
     named_by_kind: ClassVar[bool] = True
     """Whether folders of cases without a name begin with the command."""
 
@@ -150,7 +150,7 @@ class SceneCase(Keys):
 
     @classmethod
     def with_files(cls, data: Content) -> tuple[Content, Mistake | None]:
-        """A case, as it is read, with the content of files that it names, and a mistake in one of these."""
+        """A case, as read, with names of files replaced by their content; and the mistake if one cannot be used."""
         return data, None
 
     @model_validator(mode="after")
@@ -179,12 +179,12 @@ class SceneCase(Keys):
 
     @property
     def error_wanted(self) -> float:
-        """The target error of dU as a part of the largest |dU|."""
+        """The target error of dU as a fraction of the largest |dU|."""
         return percent(self.accuracy) / 100
 
     @property
     def fixed_cells(self) -> frozenset[str]:
-        """Which of `mesh.Np` and `mesh.max_size` adaptation must keep; where it is `Np` no cells are adapted."""
+        """Which of `mesh.Np` and `mesh.max_size` adaptation must keep; if `Np` is one, no cells are adapted."""
         if not self.mesh.adapt:
             return frozenset({"Np"})
         return frozenset({"max_size"} if self.mesh.max_size != self._cells["max_size"] else ())
@@ -195,7 +195,7 @@ class SceneCase(Keys):
         return self.particles
 
     def each(self, key: str) -> tuple[Any, ...]:
-        """The values of a key with one for each particle or gap, from upstream; none where it is not given."""
+        """The values of a key that has one for each particle or gap, from upstream; empty if it is not given."""
         value, count = getattr(self, key), keys_of(type(self))[key].count
         assert count is not None, f"{key} has one value for the case"
         return value if isinstance(value, tuple) else () if value is None else (value,) * count(self.n)
@@ -242,22 +242,22 @@ class SceneCase(Keys):
 
     @property
     def has_history(self) -> bool:
-        """Whether stresses after a time are asked for, not a steady state; a polymer may yield only then."""
+        """Whether the answer is a state after some time rather than a steady one; only then may a polymer yield."""
         return self.in_time
 
     @property
     def laws(self) -> Laws:
-        """The laws of the liquid and of the particles, with the parameters that are given."""
+        """The laws of the liquid and of the particles, with the parameters that the case gives."""
         return Laws.of(self.liquid, self.solid)
 
     @property
     def is_viscous(self) -> bool:
-        """Whether the liquid has a viscosity alone by its law, and so no De."""
+        """Whether the law of the liquid is purely viscous, so that De does not belong to it."""
         return self.laws.liquid.is_viscous
 
     @property
     def declared_parameters(self) -> tuple[Declared, ...]:
-        """The parameters of all laws that are named."""
+        """The parameters of all laws that the case names."""
         return tuple(self.laws.declared())
 
     @property
@@ -266,7 +266,7 @@ class SceneCase(Keys):
 
     @property
     def slowest_time(self) -> float:
-        """The longest relaxation time of the liquid over that of De."""
+        """The longest relaxation time of the liquid over the one in De; 1 if there is none."""
         return self.laws.liquid.model(1.0, self.xi).longest or 1.0
 
     @property
@@ -276,12 +276,12 @@ class SceneCase(Keys):
 
     @property
     def experiment(self) -> Experiment | None:
-        """The quantities of the `physical` block with what follows from them; None without a block."""
+        """The quantities of the `physical` block and the numbers that follow from them; None without a block."""
         return Experiment(self.physical.given, self.laws, self.particles) if self.physical is not None else None
 
     @property
     def scales(self) -> Scales | None:
-        """The units of length, velocity and stress in SI units, None if the case has no `physical` block."""
+        """The units of length, velocity and viscosity in SI units, None if the case has no `physical` block."""
         return self.experiment.scales if self.experiment is not None else None
 
     @property
@@ -296,7 +296,7 @@ class SceneCase(Keys):
 
     @property
     def notes(self) -> list[str]:
-        """Notes for the user, apart from `remarks`: given keys without effect, and particles without steady shapes."""
+        """Notes for the user beside `remarks`: on given keys without effect, and particles without steady shapes."""
         idle = {key: why for key, why in self._idle().items() if self._is_given(key)}
         if "liquid" in idle:
             idle = {f"liquid: {self.laws.liquid.name}": idle.pop("liquid"), **idle}
@@ -312,7 +312,7 @@ class SceneCase(Keys):
         return not keys_of(type(self))[key].is_default(value)
 
     def _idle(self) -> dict[str, str]:
-        """Keys without effect in this case, whether they are given or not, and the reason."""
+        """The keys without effect in this case, whether given or not, each with the reason."""
         reasons = {name: key.why_idle(self, self.n) for name, key in keys_of(type(self)).items()}
         return {name: why for name, why in reasons.items() if why}
 
@@ -336,7 +336,10 @@ class SceneCase(Keys):
         return usual if velocity is None else max(usual, self._wake(velocity - self.drive.flow))
 
     def _wake(self, relative_velocity: float) -> float:
-        """Length of tube in which the liquid that particles have left behind forgets them [D_c]."""
+        """Length of tube behind moved particles over which the stress in the liquid decays [D_c].
+
+        `relative_velocity` is that of the particles minus the mean velocity of the liquid [U_av].
+        """
         return min(MEMORIES * self.liquid_model.longest * abs(relative_velocity), LONGEST_WAKE)
 
     @property
@@ -346,7 +349,7 @@ class SceneCase(Keys):
 
     @property
     def slug(self) -> str:
-        """Beginning of the folder name: the name of the case, or question (unless it is a run) and main parameters."""
+        """Beginning of the folder name: the name of the case, or its question (unless a run) and main parameters."""
         question = [self.kind] if self.named_by_kind else []
         return self.name or "-".join([*question, *self._slug_parts()])
 
@@ -398,29 +401,28 @@ class SceneCase(Keys):
 # most of all for small particles, and depends little on De (measured in docs/explanation/decisions.md).
 NEWTONIAN_MARGIN = 2.0
 ELASTIC_MARGINS = 3.0, 6.0
-# Particles that are moved against the liquid strain it near the wall, which carries that along at its velocity. What
-# the tube from z on would add to dp_plus is 0.3 exp(-z/(De |velocity - flow|)) of it: 0.03 % after seven times the
-# length in the exponent (measured in docs/explanation/decisions.md).
+# Particles that are moved against the liquid strain it near the wall, and this stress is carried along with the wall at
+# its velocity relative to them. The tube beyond a distance z would add 0.3 exp(-z/(De |velocity - flow|)) of dp_plus to
+# it: 0.03 % at seven times the length in the exponent (measured in docs/explanation/decisions.md).
 MEMORIES = 7.0
 LONGEST_WAKE = 60.0  # [D_c]; chosen
 FREE_ENDS = 0.5  # least length of tube between the particles and each end [D_c]
 
 
 def shown(value: Any) -> str:
-    """A number, a word, or a list of these as text, for a folder name."""
+    """A number, a word, or a tuple of these as text, for a folder name."""
     if isinstance(value, tuple):
         return "_".join(map(shown, value))
     return f"{value:g}" if isinstance(value, int | float) else str(value)
 
 
 def known_keys() -> dict[str, Key]:
-    """The keys of all kinds of cases by name, whichever of them were imported before.
+    """The keys of all kinds of cases by name, including kinds whose files have not been imported yet.
 
-    Several kinds of cases may have a key of the same name, such as d. Where one of them only reports it
-    (`Part.REPORT`), it is the declaration of that one.
+    If several kinds of cases have a key of the same name, such as d, a declaration as `Part.REPORT` takes precedence.
     """
     for models in kinds.LISTS:
-        models()  # which are subclasses once they are imported
+        models()  # imports them, after which they are found as subclasses
     return _keys_of_all(_kinds_of(SceneCase))
 
 

@@ -1,4 +1,4 @@
-"""Checks that involve several keys of a case: required keys, and what keys and questions ask of others."""
+"""Checks that involve several keys of a case: required keys, and what keys and questions demand of others."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from pairsim.cases.yaml_file import Content
 
 
 def missing_numbers(model: type[SceneCase], data: Content, origins: Mapping[str, str]) -> Iterator[Mistake]:
-    """Yield the numbers of particles and gaps that a case lacks, which need not be validated yet, as mistakes.
+    """Yield a mistake for each number of the particles or gaps that a case lacks; it need not be validated yet.
 
-    Those that follow from quantities (`origins`) are checked elsewhere.
+    Numbers that follow from physical quantities (`origins`) are checked elsewhere.
     """
     n = data.get("particles", model.model_fields["particles"].default)
     for name, key in keys_of(model).items() if is_finite(n) else ():
@@ -31,13 +31,13 @@ def missing_numbers(model: type[SceneCase], data: Content, origins: Mapping[str,
 
 
 def mistakes_in[C: SceneCase](case: C, check: Callable[[C], Iterable[Mistake]]) -> list[Mistake]:
-    """The mistakes in a case whose keys are right each by itself: what its question and its keys ask of each other.
+    """The mistakes between the keys of a case, each of which is valid by itself.
 
-    Where something is wrong on which other keys depend, such as the number of particles, these are not checked.
+    If a key on which others depend is wrong, such as the number of particles, the others are not checked.
 
     Args:
         case: The case.
-        check: What the question asks of keys that other kinds of cases have, too; yields mistakes.
+        check: Yields the mistakes that its question finds in keys that other kinds of cases have, too.
     """
     of_question = list(check(case))
     if any(mistake.key == "particles" for mistake in of_question):
@@ -50,7 +50,7 @@ def mistakes_in[C: SceneCase](case: C, check: Callable[[C], Iterable[Mistake]]) 
 
 
 def _wrong_count(key: Key, case: SceneCase) -> Iterator[Mistake]:
-    """Yield the mistake of a list that has not one value for each particle or gap."""
+    """Yield a mistake if the list of a key does not have one value for each particle or gap."""
     value = None if key.count is None else getattr(case, key.name)
     if key.count is None or not isinstance(value, tuple) or len(value) == (count := key.count(case.n)):
         return
@@ -61,7 +61,7 @@ def _wrong_count(key: Key, case: SceneCase) -> Iterator[Mistake]:
 
 
 def asked_by(key: Key, case: SceneCase) -> Iterator[Mistake]:
-    """Yield what a key asks of its value beside the others (`Key.check`)."""
+    """Yield the mistakes that the check of a key finds in a case (`Key.check`)."""
     found = key.check(case) if key.check is not None else ()
     if not isinstance(found, str):
         yield from found

@@ -1,4 +1,7 @@
-"""Quantities of a case become numbers before it is validated, and are forgotten again where it is changed."""
+"""Conversion of the physical quantities of a case into numbers before validation, and removal of these numbers again.
+
+The latter is needed when a case of a folder of results is changed.
+"""
 
 from __future__ import annotations
 
@@ -25,9 +28,10 @@ SAME = 1e-9  # relative tolerance at which two numbers count as equal
 
 
 class InNumbers(NamedTuple):
-    """A case whose quantities have become numbers, and the mistakes of its `physical` block.
+    """A case in which quantities have been converted into numbers, and the mistakes in its `physical` block.
 
-    The origin of each dotted key is that of the quantity which is given in its place, right or wrong.
+    `origins` maps the dotted key of each converted number to the quantity from which it follows, right or wrong.
+    `experiment` is None without a block.
     """
 
     data: dict[str, Plain]
@@ -36,7 +40,7 @@ class InNumbers(NamedTuple):
     mistakes: list[Mistake]
 
     def named(self, mistake: Mistake) -> Mistake:
-        """A mistake of a number as one of the quantity from which the number follows."""
+        """A mistake in a number as one in the quantity from which the number follows; other mistakes are unchanged."""
         origin = self.origins.get(mistake.key) or self.origins.get(mistake.key.partition("[")[0])
         if origin is None or mistake.value is None or self.experiment is None:
             return mistake
@@ -48,11 +52,11 @@ class InNumbers(NamedTuple):
 
 
 def in_numbers(given: Content, model: type[Keys]) -> InNumbers:
-    """A copy of a case in which dimensionless numbers follow from its `physical` block, and from lengths in lists.
+    """A copy of a case, with the numbers that follow from its `physical` block, and with lengths in lists converted.
 
     Args:
         given: The case as written, which need not be valid.
-        model: The keys that this kind of case has; a quantity that gives another one is a mistake.
+        model: The keys of this kind of case; a quantity that gives any other key is a mistake.
     """
     data, origins = copy.deepcopy(dict(given)), dict[str, str]()
     fields, keys = model.model_fields, keys_of(model)
@@ -86,7 +90,7 @@ def in_numbers(given: Content, model: type[Keys]) -> InNumbers:
 
 
 def given_by(case: Content, fields: Collection[str]) -> list[str]:
-    """Which of these dotted keys follow from quantities in the `physical` block of a case."""
+    """Which of the dotted keys `fields` follow from quantities in the `physical` block of a case."""
     if (experiment := Experiment.in_case(case)) is None:
         return []
     given = [each for each in follows_in(experiment.laws) if each.quantity.key in experiment.given]
@@ -103,7 +107,7 @@ def forget_numbers(data: dict[str, Plain]) -> None:
     numbers = experiment.numbers if experiment is not None else {}
     for each in follows_in(Laws.in_case(data)):
         for key in each.keys if each.key in numbers else ():
-            with suppress(ValueError):  # there is another value in place of its group
+            with suppress(ValueError):  # its group is not a group of keys
                 group, last = within(data, key) if group_of(key) in data else ({}, key)
                 if last in group and _same(group[last], numbers[each.key]):
                     del group[last]
@@ -112,7 +116,7 @@ def forget_numbers(data: dict[str, Plain]) -> None:
 
 
 def _number(value: Any, place: str, experiment: Experiment, mistakes: list[Mistake]) -> Any:
-    """A length as a number of tube diameters, any other value as it is; mistakes are added to a list."""
+    """A length as a number of tube diameters, and any other value unchanged; None, and a mistake added, if invalid."""
     if not has_unit(value):
         return value
     try:

@@ -1,4 +1,4 @@
-"""Which cases an atlas has answers for: those in its box that have its physics."""
+"""Which cases an atlas can answer: those in its box that have the same physics."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from pairsim.cases.differences import differ
 from pairsim.cases.identity import identity_of
 from pairsim.cases.keys import Part, keys_of
 
-OF_BOX = {"De", "time", "weight"}  # numbers of a liquid of one mode that are not told: De is one of the box
+OF_BOX = {"De", "time", "weight"}  # numbers that descriptions of a liquid leave out: De is a parameter of the box
 SAME = 1e-9  # relative difference of parameters that is rounding
 
 
 def beyond(case: SceneCase, atlas: Atlas, *, unequal: bool = False) -> list[str]:
-    """Why an atlas has no answer for a case of a curve of a pair, in words; none if it has one.
+    """The reasons, in words, why an atlas has no answer for the curve of a pair; empty if it has one.
 
     Args:
-        case: The case.
+        case: The case of the curve.
         atlas: The atlas.
-        unequal: Whether beads may differ, if the atlas knows such pairs.
+        unequal: Whether the beads may differ, provided that the atlas has such pairs.
     """
     numbers = {"beta": max(case.betas), "De": case.De, "Ca_e": max(case.Ca_es)}
     theirs = case_of(atlas, type(case), numbers)
@@ -38,12 +38,12 @@ def beyond(case: SceneCase, atlas: Atlas, *, unequal: bool = False) -> list[str]
 
 
 def is_of_its_law(case: SceneCase, atlas: Atlas) -> bool:
-    """Whether an atlas is of the same law as the liquid of a case, at all of its De and not at De = 0 alone."""
+    """Whether an atlas has the law of the liquid of a case at all of its De, and not only at De = 0."""
     return case.liquid_model.structure == _far_corner(atlas, type(case)).liquid_model.structure
 
 
 def liquid_of_atlas(atlas: Atlas, model: type[SceneCase]) -> str:
-    """The liquid of an atlas, such as Giesekus with xi = 0.09 and alpha = 0.2."""
+    """The liquid of an atlas in words, such as Giesekus with xi = 0.09 and alpha = 0.2."""
     liquid = _far_corner(atlas, model).liquid_model
     names = {name: f"{value:g}" for name, value in liquid.numbers.items() if name.rpartition(".")[2] not in OF_BOX}
     many = len(liquid.modes) > 1
@@ -63,7 +63,7 @@ def _far_corner[C: SceneCase](atlas: Atlas, model: type[C]) -> C:
 
 
 def _other_liquid(case: SceneCase, theirs: SceneCase) -> Iterator[str]:
-    """In which law or parameters the liquids differ; De is one of the box."""
+    """Yield in which law or parameters the liquids differ, apart from De, a parameter of the box."""
     one, other = case.liquid_model, theirs.liquid_model
     if one.structure != other.structure:
         yield f"the liquid is {one.label}, in the atlas {other.label}"
@@ -74,7 +74,7 @@ def _other_liquid(case: SceneCase, theirs: SceneCase) -> Iterator[str]:
 
 
 def _other_solids(case: SceneCase, theirs: SceneCase) -> Iterator[str]:
-    """In which law or parameters the beads differ; Ca_e is one of the box."""
+    """Yield in which law or parameters the beads differ, apart from Ca_e, a parameter of the box."""
     other, found = theirs.solid_models[0], list[str]()
     for one in case.solid_models:
         if one is None or other is None:  # rigid ones have no law
@@ -87,14 +87,14 @@ def _other_solids(case: SceneCase, theirs: SceneCase) -> Iterator[str]:
 
 
 def _other_numbers(one: Mapping[str, float], other: Mapping[str, float], many: bool = False) -> Iterator[str]:
-    """Parameters that differ; their names have the place of the law, which is left out unless there are many."""
+    """Yield the parameters that differ; names are given without their law unless there are `many` modes."""
     for name, value in one.items():
         if not math.isclose(value, other[name], rel_tol=SAME):
             yield f"{name if many else name.rpartition('.')[2]} = {value:g}, in the atlas {other[name]:g}"
 
 
 def _other_keys(case: SceneCase, theirs: SceneCase) -> Iterator[str]:
-    """Which other keys of the problem have other values; laws and their numbers are compared themselves."""
+    """Yield which other keys of the problem have other values; laws and their parameters are compared elsewhere."""
     one, other = identity_of(case), identity_of(theirs)
     for name, key in keys_of(type(case)).items():
         if key.part is Part.PROBLEM and "." not in name and name not in PARAMETERS and one.get(name) != other.get(name):

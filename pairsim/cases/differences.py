@@ -1,4 +1,4 @@
-"""Whether the particles of a case differ, and by how much in words."""
+"""Whether the particles of a case differ from each other, and by how much, in words."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from pairsim.cases.case import SceneCase
 
 
 def differ(case: SceneCase) -> bool:
-    """Whether they differ in size or stiffness."""
+    """Whether the particles of a case differ in size or stiffness."""
     return not len({*case.betas}) == len({*case.Ca_es}) == 1
 
 

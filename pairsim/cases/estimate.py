@@ -1,6 +1,6 @@
-"""How large a case is and how long it takes, from its parameters, without making a mesh.
+"""Estimates of the size and duration of a case from its parameters, without making a mesh.
 
-The unknowns were within 25 % in 20 cases with N_p up to 40, and a third too few at N_p 80.
+The estimated unknowns were within 25 % in 20 cases with N_p up to 40, and a third too few at N_p = 80.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from pairsim.fem.meshes.cell_columns import LONGEST
 TRIANGLE = 0.433  # area of a triangle with sides of length one
 MOST_UNKNOWNS = 2e7  # a larger mesh takes gmsh days or exhausts the memory
 LARGE = 3e5  # unknowns whose first mesh and factorisation take so long that the user is told beforehand; chosen
-# Processor time of a Newton iteration or a time step for each unknown [s], twice that where the liquid has modes, and
-# the factor within which cases take what follows: twelve of all kinds took 0.5 to 2.2 times that on an Intel Xeon.
+# Processor time per unknown of a Newton iteration or a time step [s], twice that in liquids with modes, and the factor
+# within which estimates hold: twelve cases of all kinds took 0.5 to 2.2 times as long as estimated on an Intel Xeon.
 PER_UNKNOWN = 3.3e-6
 WITHIN = 2.5
 FIRST_POINT, NEXT_POINT = 20, 14  # Newton iterations of the continuation to the first point, and to each further one
 UNITS = (86400.0, "days"), (3600.0, "h"), (60.0, "min"), (1.0, "s")
-KINKED = 8  # factor of both in liquids with a yield stress: the example of configs took 22 s, a Newtonian curve 3 s
+KINKED = 8  # factor of the work in liquids with a yield stress: the example in configs took 22 s, a Newtonian curve 3 s
 
 
 @dataclass(frozen=True)
@@ -30,9 +30,9 @@ class Estimate:
     """Estimated size and duration of a case."""
 
     unknowns: int  # of one Newton solve
-    seconds: float  # on one core, within a factor; longer where particles hardly have a steady shape
-    adaptation: str = ""  # what adapting the mesh may make of it
-    within: float = WITHIN  # this factor
+    seconds: float  # on one core; longer where particles hardly have a steady shape
+    adaptation: str = ""  # remark on how adapting the mesh may change the estimate
+    within: float = WITHIN  # factor within which `seconds` holds
 
     @classmethod
     def of(cls, case: SceneCase, solves: float, adaptation: str = "") -> Estimate:
@@ -66,7 +66,7 @@ def _one_digit(seconds: float, rounded: Callable[[float], int]) -> str:
 
 
 def liquid_cells(case: SceneCase) -> float:
-    """Number of triangles in the liquid: the integral of one over the local area of a cell."""
+    """Number of triangles in the liquid: the integral of the inverse of the local area of a cell."""
     length, mesh, coarse = case.tube_length, case.mesh, case.mesh.max_size
     if not case.n:
         return length * 0.5 / (TRIANGLE * coarse**2)
@@ -77,7 +77,7 @@ def liquid_cells(case: SceneCase) -> float:
     around, to_wall = min(case.cluster, length), 0.5 * (1 - beta)
     free = around * 0.5 - sum(math.pi * b**2 / 8 for b in case.betas)
     cells = free / TRIANGLE * _per_square(fine, mesh.growth, coarse, to_wall) / to_wall
-    # On both sides, each half a tube wide; beyond a distance two triangles are a rectangle in a row along the tube.
+    # The tube on both sides of the particles; beyond `mesh.rows` pairs of triangles are rectangles in rows along it.
     side = max(length - around, 0.0) / 2
     near = min(mesh.rows, side) if mesh.rows else side
     cells += _per_square(fine, mesh.growth, coarse, near) / TRIANGLE
@@ -92,13 +92,13 @@ def liquid_cells(case: SceneCase) -> float:
 
 
 def _per_length(first: float, growth: float, last: float, reach: float) -> float:
-    """The integral of one over a size up to a distance, along which it grows from `first` to `last`."""
+    """The integral of 1/size over a distance `reach`, along which the size grows from `first` to at most `last`."""
     grows = min(max((last - first) / growth, 0.0), reach)
     return math.log1p(growth * grows / first) / growth + (reach - grows) / max(first, last)
 
 
 def _per_square(first: float, growth: float, last: float, reach: float) -> float:
-    """The integral of one over the square of that size, which is `last` where that is less than `first`."""
+    """The integral of 1/size^2 over a distance `reach`; the size begins at `first`, or at `last` if that is smaller."""
     first = min(first, last)
     grows = min((last - first) / growth, reach)
     return grows / (first * (first + growth * grows)) + (reach - grows) / last**2
@@ -119,5 +119,5 @@ def check_size(case: SceneCase) -> Iterator[Mistake]:
 
 
 def steady_estimate(case: SceneCase, points: int, factor: float = 1.0) -> Estimate:
-    """Estimate of a first quasi-steady solution and `points` further ones; `factor` is that of the time of each."""
+    """Estimate of a first quasi-steady solution and `points` further ones; each takes `factor` times the usual time."""
     return Estimate.of(case, factor * (FIRST_POINT + NEXT_POINT * points))

@@ -1,4 +1,4 @@
-"""The commented example of each kind of file, which `pairsim init` writes."""
+"""The commented example of each kind of file, as `pairsim init` writes it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pairsim.runtime.errors import InputError
 
 
 def write_example(kind: str, name: str, directory: Path) -> Path:
-    """Write the commented example of a kind of file, the name of a question or sweep, and return its path.
+    """Write the commented example of a kind of file ("sweep" or the name of a question), and return its path.
 
     Raises:
         InputError: The name is not allowed, the file exists, or it cannot be written.

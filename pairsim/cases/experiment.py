@@ -1,4 +1,4 @@
-"""The quantities of a `physical` block with the laws of its case: their values, scales, and the numbers that follow."""
+"""The quantities of a `physical` block with the laws of its case: values, scales, and the numbers that follow."""
 
 from __future__ import annotations
 
@@ -38,18 +38,18 @@ from pairsim.quantities.scales import Scales, cross_section, mean_velocity
 if TYPE_CHECKING:
     from pairsim.runtime.arrays import Array
 
-USUAL_COUNT = 2  # of particles, where a case does not say it, and its question has no other
+USUAL_COUNT = 2  # particles, if neither the case nor its question says otherwise
 
 type Amount = float | Array | tuple[Amount, ...]
-"""A quantity in SI units, or a number that follows: one value, one of each draw, or those of particles or distances."""
+"""A quantity in SI units, or a dimensionless number: a value, an array of draws, or a tuple for particles or gaps."""
 type Amounts = Mapping[str, Amount]
 """Quantities by their keys in the `physical` block, or numbers by their dotted keys."""
 
 
 class Follows(NamedTuple):
-    """A number that a case may have, and the quantity that it follows from where that is given."""
+    """A number of a case, and the quantity from which it follows if that is given."""
 
-    keys: tuple[str, ...]  # its dotted key, and other names that it has in other kinds of cases
+    keys: tuple[str, ...]  # its dotted key, and the keys that it has in other kinds of cases
     quantity: Measurable
 
     @property
@@ -57,17 +57,17 @@ class Follows(NamedTuple):
         return self.keys[0]
 
     def key_in(self, fields: Collection[str]) -> str:
-        """What it is called among some keys: distances of a run are d0."""
+        """The key that it has among `fields`: the distance of a run, for instance, is d0."""
         return next((key for key in reversed(self.keys) if key in fields or group_of(key) in fields), self.key)
 
 
 def group_of(key: str) -> str:
-    """The key at the top of a case that a dotted key is in."""
+    """The top-level key of a case to which a dotted key belongs."""
     return re.split(r"[.\[]", key)[0]
 
 
 def follows_in(laws: Laws) -> list[Follows]:
-    """The numbers that a case with some laws may have in place of quantities."""
+    """The numbers that follow from quantities in a case with these laws."""
     of_laws = [((key,), each.dimension) for key, each in Liquid.OF_POLYMER.items()]
     of_laws += [((each.key,), each.parameter.dimension) for each in laws.declared()]
     own = [Follows(each.gives, each) for each in QUANTITIES.values() if each.gives]
@@ -76,13 +76,13 @@ def follows_in(laws: Laws) -> list[Follows]:
 
 @dataclass(frozen=True)
 class Experiment:
-    """What an experiment measured, and the laws that some of it belongs to; in a case that need not be valid yet.
+    """The quantities that an experiment has measured, and the laws of its case, which need not be valid yet.
 
     Attributes:
-        given: Its quantities by key, as they are written; standard deviations among the particles apart.
-        laws: The laws of the case.
-        particles: Their number, as it is given.
-        waveform: A flow that varies, whose mean size gives U_av where neither `flow_rate` nor `velocity` is given.
+        given: The quantities by key, as they are written; standard deviations among particles have their own keys.
+        laws: The laws of the case, to whose parameters some quantities belong.
+        particles: The number of particles, as it is given.
+        waveform: A flow that varies, whose mean |Q| gives U_av if neither `flow_rate` nor `velocity` is given.
     """
 
     given: Content
@@ -99,7 +99,7 @@ class Experiment:
 
         Args:
             case: The case.
-            particles: Their number in a case that does not say it.
+            particles: The number of particles in a case that does not give it.
         """
         block = case.get(BLOCK)
         if not isinstance(block, Mapping):
@@ -109,7 +109,7 @@ class Experiment:
 
     @cached_property
     def _in_si(self) -> tuple[dict[str, Amount], list[Mistake]]:
-        """The quantities in SI units, None of those that are wrong, and the mistakes in them."""
+        """The quantities in SI units, with None in place of invalid ones, and the mistakes in these."""
         law = self.laws.liquid.viscosity_law.measured
         values, mistakes = dict[str, Amount](), list[Mistake]()
         for key, text in self.given.items():
@@ -124,12 +124,12 @@ class Experiment:
         return values, mistakes
 
     def _is_volume(self, key: str) -> bool:
-        """Whether a length of tube is given as the volume that the tube holds in it."""
+        """Whether a quantity that is a length of tube is given as the volume that this length holds."""
         of = QUANTITIES[key]
         return bool(of.as_volume) and is_in(self.given[key], of.volume.unit)
 
     def _part_of_mean(self, key: str, mean: Any, mistakes: list[Mistake]) -> Any:
-        """A standard deviation among the particles over a mean in SI units, None of wrong ones; adds the mistakes."""
+        """A standard deviation among the particles over the mean [SI units]; None, and a mistake added, if invalid."""
         of, text = replace(QUANTITIES[key.partition(".")[0]], uncertain=False), self.given[key]
         if isinstance(mean, tuple):
             mistakes.append(Mistake(f"{BLOCK}.{key}", text, f"must go with one {MEAN} of all, not with a list"))
@@ -139,44 +139,44 @@ class Experiment:
 
     @property
     def values(self) -> dict[str, Amount]:
-        """Its quantities in SI units, tuples of those with several values."""
+        """The quantities in SI units, with tuples of those that have several values."""
         return dict(self._in_si[0])
 
     @property
     def mistakes(self) -> list[Mistake]:
-        """What is wrong with its quantities, or else between them."""
+        """The mistakes in single quantities, or, if there are none, those between quantities."""
         return self._in_si[1] or list(self._check_together())
 
     @property
     def mean_flow(self) -> float | None:
-        """The mean size of a flow that varies [m^3/s]; None without one that is given with units."""
+        """The mean |Q| of a flow that varies [m^3/s]; None if there is none that has units."""
         return self.waveform.mean_size if self.waveform is not None else None
 
     @property
     def scales(self) -> Scales:
-        """The units of length, velocity and stress in SI units, if it is valid."""
+        """The units of length, velocity and viscosity in SI units; the experiment must be valid."""
         return self._scales(self.values)
 
     def reynolds_number(self, scales: Scales) -> float | None:
-        """The Reynolds number rho U_av D_c/eta_0 in some units; None where the density is not known."""
+        """The Reynolds number rho U_av D_c/eta_0 by these scales; None if the density is not known."""
         density = self.values.get(DENSITY.key)
         return float(scales.reynolds(density)) if isinstance(density, float) else None
 
     @property
     def numbers(self) -> dict[str, Amount]:
-        """The dimensionless numbers that follow, by the first of their keys; none if it has mistakes."""
+        """The dimensionless numbers that follow, by the first of their keys; empty if there are mistakes."""
         if self.mistakes or "tube" not in self.values:
             return {}
         return {key: _each(number, rounded) for key, number in self.with_values(self.values)[1].items()}
 
     @property
     def remarks(self) -> list[str]:
-        """Sentences on quantities that are far from usual, as if the prefix of a unit was misread."""
+        """Sentences on quantities far outside the usual range, as when the prefix of a unit was mistaken."""
         values = self.values
         return [remark for key, value in values.items() for remark in unusual(QUANTITIES[key], self.given[key], value)]
 
     def with_values(self, values: Amounts) -> tuple[Scales, dict[str, Amount]]:
-        """The scales and the numbers of it with other values in SI units, which may be arrays."""
+        """The scales and the dimensionless numbers with other values of the quantities [SI units], perhaps arrays."""
         scales, found = self._scales(values), dict[str, Amount]()
         for each in follows_in(self.laws):
             if each.quantity.key in values:
@@ -251,17 +251,17 @@ class Experiment:
 
 
 def one(values: Amounts, key: str) -> float:
-    """The value of a quantity or a number of which a case has one; that of draws is an array of the same use."""
+    """The value of a quantity or number that a case has once; of draws it is an array, used like a float."""
     return cast("float", values[key])
 
 
 def changes_no_other(key: str) -> bool:
-    """Whether a quantity, such as a distance or a time, gives no more than a key of its own."""
+    """Whether a quantity, such as a distance or a time, determines a key of its own and no other number."""
     return QUANTITIES[key] in EXPERIMENT and not QUANTITIES[key].uncertain
 
 
 def _in_si(of: Measurable, value: Any, place: str, mistakes: list[Mistake]) -> Any:
-    """A value in SI units, or a tuple of the values of a list or range; mistakes are added to a list."""
+    """A value in SI units, or a tuple of those of a list or range; None, and a mistake added, if it is invalid."""
     entries = value
     try:
         if isinstance(value, Mapping) and of.ranged:
@@ -285,12 +285,12 @@ def _in_si(of: Measurable, value: Any, place: str, mistakes: list[Mistake]) -> A
 
 
 def _length_of_tube(volume: Any, diameter: Any) -> Any:
-    """The length [m] in which a tube of a diameter [m] holds a volume [m^3]; None if either is wrong or missing."""
+    """The length [m] of a tube of a given diameter [m] that holds a volume [m^3]; None if either is None."""
     if volume is None or diameter is None:
         return None
     return rounded(volume / cross_section(diameter))
 
 
 def _each(value: Any, function: Callable[..., Any], *more: Any) -> Any:
-    """A function of a value and of `more`, or of each of the values in nested tuples."""
+    """Apply a function to a value and `more`, or to each value in nested tuples."""
     return tuple(_each(each, function, *more) for each in value) if isinstance(value, tuple) else function(value, *more)

@@ -1,4 +1,4 @@
-"""A number or a quantity of a case over which solutions are followed: what liquid and particles are at its values."""
+"""A number or a quantity of a case over which solutions are followed, and the liquid and particles at its values."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ from pairsim.quantities.scales import Scales
 
 SHARED = {**Liquid.OF_POLYMER, **Solid.OF_ALL}
 """The numbers that all liquids with a memory, or all solids, have."""
-DIFFER = 1e-12  # relative difference of numbers that is rounding; chosen
+DIFFER = 1e-12  # relative difference of numbers up to which it is due to rounding; chosen
 
 type Materials = tuple[Liquid, tuple[Solid | None, ...]]
 
 
 @dataclass(frozen=True)
 class FollowedKey:
-    """A key over which solutions of a case are followed, on which its liquid and its solids alone depend.
+    """A key over which solutions of a case are followed; only the liquid and the solids may depend on it.
 
     Attributes:
         case: The case.
         key: The dotted key, such as De, liquid.alpha or physical.flow_rate.
-        values: The values at which solutions are asked for, ascending; of a quantity in `unit`.
-        unit: The unit of a quantity as it is given, "" of a number.
+        values: The values at which solutions are requested, ascending, in `unit`.
+        unit: The unit of a quantity, as it is given; "" for a number.
         in_si: This unit in SI units.
     """
 
@@ -47,7 +47,8 @@ class FollowedKey:
         """The followed key of a valid case with the values that are given.
 
         Raises:
-            ValueError: The case has no such number, or one of another kind, or a value is not allowed; says what is.
+            ValueError: The case has no such number or quantity, it cannot be followed, or a value is not allowed; says
+                what is allowed.
         """
         quantity = key.removeprefix(f"{BLOCK}.") if key.startswith(f"{BLOCK}.") else ""
         if not quantity:
@@ -68,10 +69,10 @@ class FollowedKey:
         return found
 
     def value_of(self, text: str) -> float:
-        """A value of the quantity from a text with its unit, as one of `values`.
+        """Convert a text with a unit into a value of the quantity, in the unit of `values`.
 
         Raises:
-            ValueError: It has no such unit, or a number is followed.
+            ValueError: The text has no such unit, or what is followed is a number without a unit.
         """
         if not self.unit:
             raise ValueError(f"must be a number, as {self.key} is one")
@@ -79,7 +80,7 @@ class FollowedKey:
 
     @property
     def _parameters(self) -> dict[str, Parameter]:
-        """The numbers of liquid and solids that the case has, by their dotted keys."""
+        """The parameters of the liquid and the solids of the case, by their dotted keys."""
         liquid = self.case.liquid_model
         shared = {name: each for name, each in SHARED.items() if name == "Ca_e" or liquid.modes}
         return shared | {each.key: each.parameter for each in self.case.declared_parameters}
@@ -92,7 +93,7 @@ class FollowedKey:
             raise ValueError(f"must be a number of the liquid or of the particles, or a quantity: {allowed}")
 
     def _check_ends(self) -> None:
-        """Check what the least and the largest value make of liquid and particles."""
+        """Check the liquid and the particles that follow at the least and the largest value; ValueError if invalid."""
         if self.values[0] <= 0:
             raise ValueError("must be values above 0")
         least_and_largest = self.values[0], self.values[-1]
@@ -115,12 +116,12 @@ class FollowedKey:
         return self.case.experiment
 
     def _with_values(self, value: float) -> tuple[Scales, dict[str, Amount]]:
-        """The scales and the numbers of the experiment at a value."""
+        """The scales and the numbers of the experiment at a value of the quantity."""
         quantity = self.key.removeprefix(f"{BLOCK}.")
         return self._experiment.with_values(self._experiment.values | {quantity: value * self.in_si})
 
     def numbers(self, value: float) -> dict[str, float]:
-        """The numbers of liquid and particles that follow from a value, by their dotted keys; one for all particles."""
+        """The parameters of liquid and particles at a value, by their dotted keys; one value for all particles."""
         if not self.unit:
             return {self.key: value}
         found = self._with_values(value)[1]
@@ -141,7 +142,7 @@ class FollowedKey:
 
 
 def _quantity(case: SceneCase, key: str) -> Measurable:
-    """A quantity of an experiment, with a unit that may depend on the law of the liquid."""
+    """The declaration of a quantity, whose unit may depend on the law of the liquid."""
     of = QUANTITIES[key]
     return of.with_parameters(case.laws.liquid.numbers(of.of_unit))
 

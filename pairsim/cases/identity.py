@@ -57,10 +57,10 @@ def _holder(identity: dict[str, Plain], name: str) -> tuple[dict[str, Plain], st
 
 
 def alike(case: SceneCase) -> str:
-    """A text by which cases that compute the same are recognised, however their quantities are written.
+    """A text that is the same for cases that compute the same, however their quantities are written.
 
-    5 kPa, 5000 Pa and a Young's modulus of 15 kPa are one, as are numbers with the same twelve digits. Hashes do not
-    follow from it: the folder of a case that was computed is found by how it was written.
+    5 kPa, 5000 Pa and a Young's modulus of 15 kPa count as one, as do numbers with the same twelve digits. Hashes are
+    not made from it: the folder of a computed case is found by how the case was written.
     """
     identity: dict[str, Plain] = {"kind": case.kind, **identity_of(case)}
     block = identity.pop(BLOCK, None)
@@ -76,7 +76,7 @@ def alike(case: SceneCase) -> str:
 
 
 def _twelve_digits(value: Any) -> Any:
-    """Numbers in nested values without what conversions leave in their last digits."""
+    """Nested values with all numbers rounded to twelve digits, which removes the rounding errors of conversions."""
     if isinstance(value, Mapping):
         return {key: _twelve_digits(each) for key, each in value.items()}
     if isinstance(value, list | tuple):
@@ -85,7 +85,7 @@ def _twelve_digits(value: Any) -> Any:
 
 
 def sources_of(case: SceneCase) -> dict[str, dict[str, str]]:
-    """The entry `laws` with the hash of the source of each law of a user's own in a case; empty without any."""
+    """The entry `laws` with the hash of the source of each user-defined law of a case; empty if it has none."""
     liquid = case.liquid_model
     laws = {type(law) for law in filter(None, (liquid.solvent, liquid.yielding, *liquid.modes, *case.solid_models))}
     found = {law.name: digest_of(file) for law in laws if (file := file_of(law)) is not None}
@@ -106,6 +106,6 @@ def folder_name(slug: str, key: str) -> str:
 def default_folder(command: str, case: SceneCase, file: str = "") -> Path:
     """Default folder for the results: `runs/<name>`, or `runs/<file>-<hash>` for a case without a name.
 
-    The file is named without its ending; where there is none, the parameters of the case take its place.
+    `file` is the name of the case file without its ending; if it is empty, the parameters of the case take its place.
     """
     return RUNS / (case.name or folder_name(file or case.slug, key_of(command, identity_of(case))))

@@ -1,4 +1,4 @@
-"""The quantities that a case is given by, with half-widths, and what its numbers change by with each of them."""
+"""The quantities by which a case is given, with half-widths, and the derivatives of its numbers by each of them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from pairsim.quantities.scales import Scales
 from pairsim.runtime.arrays import Array
 
 OF_EACH = ("beta", "Ca_e")  # numbers that may differ between particles
-STEP = 1e-6  # of logarithms, for derivatives of products of powers, and of percentages as parts; chosen
+STEP = 1e-6  # step of central differences, in the logarithm of a quantity or in a percentage as a fraction; chosen
 
 
 class UnitSizes(TypedDict):
@@ -32,7 +32,7 @@ class UnitSizes(TypedDict):
 
 
 class WrittenInput(TypedDict):
-    """One of the entry `inputs`: an `Input`."""
+    """An `Input` in the entry `inputs` of run.json."""
 
     key: str
     value: float
@@ -42,17 +42,17 @@ class WrittenInput(TypedDict):
 
 
 class InUnits(TypedDict, total=False):
-    """What run.json has of the quantities of a case."""
+    """The entries of run.json on the quantities of a case."""
 
     scales: UnitSizes
     inputs: list[WrittenInput]
 
 
 class Input(NamedTuple):
-    """A quantity that a case is given by, the same for all particles.
+    """A quantity by which a case is given, the same for all particles.
 
-    Changes are derivatives by its logarithm, or of a percentage by itself: of the numbers of the case (of Ca_e and beta
-    of the largest value), and of the logarithms of the scales, "length" and "velocity".
+    `changes` are derivatives by its logarithm, or by itself if it is a percentage: those of the numbers of the case (of
+    Ca_e and beta that of the largest value), and of the logarithms of the scales, "length" and "velocity".
     """
 
     key: str  # in the `physical` block
@@ -68,14 +68,14 @@ class Input(NamedTuple):
 
     @property
     def written(self) -> WrittenInput:
-        """It as an entry of run.json."""
+        """The input as it is written into run.json."""
         return WrittenInput(
             key=self.key, value=self.value, half_width=self.half_width, unit=self.unit, changes=self.changes
         )
 
 
 def inputs_of(case: SceneCase) -> list[Input]:
-    """The quantities of the `physical` block of a valid case that can be uncertain; none without the block."""
+    """The quantities of the `physical` block of a valid case that can be uncertain; empty without the block."""
     experiment = case.experiment
     if experiment is None:
         return []
@@ -99,7 +99,7 @@ def inputs_of(case: SceneCase) -> list[Input]:
 
 
 def _changes(experiment: Experiment, of: Measurable, values: Amounts) -> dict[str, float]:
-    """What the numbers of a case change by with a quantity, of which there are values in SI units."""
+    """The derivatives in `Input.changes` by one quantity; `values` are all quantities in SI units."""
     if of.by:
         return {of.by: 1 / of.kind.per_si}
     value, unit = one(values, of.key), of.kind.per_si if of.kind.signed else 1.0
@@ -111,9 +111,9 @@ def _changes(experiment: Experiment, of: Measurable, values: Amounts) -> dict[st
 def drawn(case: SceneCase, count: int) -> tuple[Scales, dict[str, Array]]:
     """Scales and numbers of a case with a `physical` block for `count` draws of its uncertain inputs.
 
-    These are normal, independent, and the same at each call; what is uncertain has the shape (count,), of particles
-    that differ (particles, count). Beside those of the case there are those that derivatives alone know, such as
-    "difference", where they have a half-width.
+    Draws are normal and independent, and the same at each call. What depends on them has the shape (count,), or
+    (particles, count) if particles differ. Beside the numbers of the case there are those that occur only as parameters
+    of derivatives, such as "difference", if they have a half-width.
     """
     experiment, random = case.experiment, np.random.default_rng(0)
     assert experiment is not None
@@ -139,7 +139,7 @@ def drawn(case: SceneCase, count: int) -> tuple[Scales, dict[str, Array]]:
 
 
 def units_of(case: SceneCase) -> InUnits:
-    """What run.json has of the quantities of a case: scales and inputs; nothing without a `physical` block."""
+    """The entries of run.json on the quantities of a case: scales and inputs; empty without a `physical` block."""
     if (scales := case.scales) is None:
         return {}
     sizes = UnitSizes(
@@ -149,7 +149,7 @@ def units_of(case: SceneCase) -> InUnits:
 
 
 def _logarithms(experiment: Experiment, values: Amounts) -> dict[str, float]:
-    """The numbers of a case, and the logarithms of its scales."""
+    """The numbers of a case, of beta and Ca_e the largest, and the logarithms of its scales."""
     scales, numbers = experiment.with_values(values)
     largest = {name: float(max(np.atleast_1d(np.asarray(each)))) for name, each in numbers.items()}
     return largest | {"length": math.log(scales.length), "velocity": math.log(scales.velocity)}

@@ -1,10 +1,10 @@
-"""What is declared of a key of a case beside its pydantic field, so that no other file needs to know its name.
+"""The declaration of a key of a case, beside its pydantic field, so that no other file needs to know its name.
 
     gravity: Annotated[PerParticle[Force], Key("W", caption=10, slug="W", since="0.4")] = Field(0.0, description=...)
 
-Captions, grids, hashes, folder names, messages and atlases ask these declarations; see docs/how-to/add-key.md. A
-quantity of the `physical` block says itself which key it gives (`cases/physical.py`), and a law which parameters it
-has.
+Captions, grids, hashes, folder names, messages and atlases read these declarations; see docs/how-to/add-key.md. Which
+key a quantity of the `physical` block gives is declared with the quantity (`cases/physical.py`), and the parameters of
+a law with the law.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class Part(Enum):
-    """What a key is part of."""
+    """The part of a computation that a key belongs to."""
 
     PROBLEM = "the problem, which has one exact answer"
     MATERIAL = "the problem, as a law of the liquid or of the particles, or a number of one"
@@ -36,10 +36,10 @@ class Part(Enum):
 
 @dataclass(frozen=True)
 class Count:
-    """Which values a list of a key has: one for each of these."""
+    """The number of values in the list of a key: one for each particle, or for each gap."""
 
-    of: str
-    fewer: int  # than particles
+    of: str  # "particles" or "gaps"
+    fewer: int  # how many fewer there are than particles
 
     def __call__(self, particles: int) -> int:
         """The number of values."""
@@ -64,28 +64,30 @@ class Key:
     Attributes:
         symbol: Its symbol in captions and on axes (TeX).
         unit: Its unit there (TeX), "" for a pure number.
-        part: What it is part of; None in a group of keys: that of the group. An atlas compares all keys of the problem.
-        caption: Its place among the keys of a caption, 0 where it is not in captions. Where cases differ in keys of
-            captions is always said.
-        slug: What its value comes after in names of folders, "" where it is not in them.
-        required: Whether it must be given where there are particles, or gaps, that have it.
-        identity: Whether it makes another case, with a hash and a folder of its own; or a function of a case that says
-            where it does.
-        idle: A function of a case that says why it has no effect there, "" where it has one. What has one value for
-            each particle has none without particles.
-        check: A function of a case that says what the key must be there beside the other keys, "" where it is right; or
-            that yields mistakes, where these name another value. Lists have one value for each particle or gap then.
-        first: Whether other keys are checked only if its check finds nothing, as they depend on it.
-        models: What it brings into the model that is said to be left out where no key does, such as "gravity"
-            (`cases/messages.py`).
-        since: The version that brought it, where hashes of older cases are to stay: it is in the hash of those cases
-            alone in which it is not its default.
+        part: The part of a computation that it belongs to; None for that of its group. An atlas compares all keys of
+            the problem.
+        caption: Its position among the keys in captions; 0 if it is not in captions. Captions always name such keys
+            if cases differ in them.
+        slug: The text before its value in names of folders; "" if they do not contain it.
+        required: Whether it must be given if there are particles, or gaps, to which it applies.
+        identity: Whether another value of it makes another case, with a hash and a folder of its own; or a function
+            that says so for a given case.
+        idle: A function that says why it has no effect in a given case, or "" if it has one. A key with one value for
+            each particle never has an effect without particles.
+        check: A function that says what the key must be in a given case, considering its other keys, or "" if it is
+            right; or a function that yields mistakes, if these concern other values. It is called only if lists have
+            the right number of values.
+        first: Whether other keys are checked only if this check finds nothing, since they depend on this key.
+        models: The effect that it adds to the model, such as "gravity". As long as no key adds this effect, messages
+            say that the model leaves it out (`cases/messages.py`).
+        since: The version that introduced it. It is then part of the hash of a case only if it differs from its
+            default, so that older cases keep their hashes.
         lengths: Whether its values, numbers of tube diameters, may be lengths such as "15 um" in a case with a
             `physical` block.
-        usual: What `pairsim units` gives in a case that says nothing of it; None: nothing.
-        name: Its name, with that of its group; from its field, as what follows.
-        default: Its default; None in a key without one.
-        count: How many values a list has; None in a key with one value for the case.
+        usual: The value with which `pairsim units` completes a case without it; None for none.
+        name: Its name, with that of its group. This attribute and the following ones are taken from its field.
+        default: Its default; None if it has none.
+        count: The number of values in a list; None for a key with one value for the case.
     """
 
     symbol: str = ""
@@ -107,11 +109,11 @@ class Key:
     count: Count | None = None
 
     def in_identity(self, case: Any) -> bool:
-        """Whether it makes another case of one."""
+        """Whether its value is part of the identity of a case, as another value would make another case."""
         return self.identity if isinstance(self.identity, bool) else self.identity(case)
 
     def why_idle(self, case: Any, particles: int) -> str:
-        """Why it has no effect in a case of so many particles; "" where it has one."""
+        """Why it has no effect in a case with this number of particles; "" if it has one."""
         if not particles and self.count == PARTICLES:
             return NO_PARTICLES
         return self.idle(case) if self.idle is not None else ""
@@ -147,7 +149,7 @@ class Keys(BaseModel):
 
 @cache
 def groups_of(model: type[BaseModel]) -> dict[str, type[BaseModel]]:
-    """The model of each group of keys, and of the top level under ""."""
+    """The models of the groups of keys by name, and that of the top level under ""."""
     groups = {"": model}
     for name, field in model.model_fields.items():
         for kind in (field.annotation, *get_args(field.annotation)):
@@ -158,9 +160,9 @@ def groups_of(model: type[BaseModel]) -> dict[str, type[BaseModel]]:
 
 @cache
 def keys_of(model: type[BaseModel]) -> dict[str, Key]:
-    """The keys of a model by their names, with a dot within a group; a group is a key, too.
+    """The keys of a model by name, dotted within a group; a group is itself a key, too.
 
-    A key that is declared in a base class keeps its declaration where a field replaces the one of that class.
+    A field that replaces one of a base class without a declaration of its own keeps that of the base class.
     """
     found: dict[str, Key] = {}
     for group, of in groups_of(model).items():

@@ -1,4 +1,4 @@
-"""The kinds of cases that there are: whoever lists them says so here, as nothing below knows their files."""
+"""Registry of the kinds of cases: packages that this one may not import register functions that list them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the law of a liquid asks of the other keys of a case: checks that the keys declare (`Key.check`)."""
+"""What the law of a liquid demands of the other keys of a case: checks that the keys declare (`Key.check`)."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def check_xi(case: SceneCase) -> str:
 
 
 def _not_yielding(case: SceneCase) -> str:
-    """Why the liquid of a case cannot have a yield stress, or not in this question; "" where it can."""
+    """Why the liquid of a case cannot have a yield stress, at least not in this question; "" if it can."""
     mode, *others = case.liquid_model.modes
     if others:
         return "the laws of a yield stress are those of the stress of one mode"

@@ -1,7 +1,7 @@
-"""The laws that a case names, as objects that know their parameters, before and after the case is validated.
+"""The laws that a case names, as objects with their parameters, before and after the case is validated.
 
 A value of `liquid` or `solid` is the name of a law, or a block with its parameters: `{law: ..., n: 0.6}`. The block of
-a viscoelastic law may have a `solvent` and, with a yield stress, `yielding`, blocks of their own; a liquid of several
+a viscoelastic law may contain the blocks `solvent` and, for a yield stress, `yielding`; a liquid with several
 relaxation times has `law: modes` and a list of them.
 """
 
@@ -37,12 +37,12 @@ class Declared(NamedTuple):
 
 @dataclass(frozen=True)
 class LawChoice:
-    """A law that a case names, with what is given of it; in a case that is not validated yet either may be wrong.
+    """A law that a case names, with the parameters given for it; both may be wrong until the case is validated.
 
     Attributes:
         key: Its dotted key in the case, such as liquid.solvent or solid[1].
-        name: The name of the law, "" where that is no text.
-        given: The entries of its block beside the name, as they are given.
+        name: The name of the law, "" if the case does not give it as a text.
+        given: The other entries of its block, as they are given.
     """
 
     key: str
@@ -51,7 +51,7 @@ class LawChoice:
 
     @classmethod
     def of(cls, key: str, value: Any, default: str = "") -> Self:
-        """The law of a value of a case, as it is read or validated; `default` is the law where there is none."""
+        """The law in a value of a case, which may be validated or not; `default` is its name if the value is None."""
         if isinstance(value, BaseModel):
             value = value.model_dump(mode="json", exclude_unset=True)
         block = value if isinstance(value, Mapping) else {"law": default if value is None else value}
@@ -66,7 +66,7 @@ class LawChoice:
             yield Declared(f"{self.key}.{name}", parameter, self.given.get(name))
 
     def with_numbers(self, numbers: Mapping[str, float]) -> Self:
-        """The same law with other parameters, by their dotted keys; those of other laws are passed over."""
+        """The same law with other parameters, by their dotted keys; those of other laws are ignored."""
         own = {key.removeprefix(f"{self.key}."): value for key, value in numbers.items()}
         return replace(self, given={**self.given, **{name: own[name] for name in self._names if name in own}})
 
@@ -75,7 +75,7 @@ class LawChoice:
         return LAWS[self.name].parameters() if self.name in LAWS else ()
 
     def numbers(self, names: Iterable[str]) -> dict[str, float]:
-        """The values of parameters that are given as numbers."""
+        """Those of the named parameters that are given as numbers, by name."""
         return {name: value for name in names if is_finite(value := self.given.get(name))}
 
     @property
@@ -84,7 +84,7 @@ class LawChoice:
         return {"law": self.name, **self.given}
 
     def made[M: Material](self, laws: Mapping[str, type[M]], *first: float, **more: float) -> M:
-        """The law with its parameters, of a valid case; `first` and `more` are those that its block does not have."""
+        """The law of a valid case as an object; `first` and `more` are arguments that are not in its block."""
         law = laws[self.name]
         return law(*first, **{name: self.given[name] for name in law.parameters() if name in self.given}, **more)
 
@@ -100,7 +100,7 @@ class LiquidChoice(LawChoice):
 
     @property
     def yielding(self) -> LawChoice | None:
-        """What a yield stress does to the relaxation of the polymer; None if none is given."""
+        """The law by which a yield stress changes the relaxation of the polymer; None if none is given."""
         return self._part("yielding")
 
     def _part(self, name: str) -> LawChoice | None:
@@ -108,19 +108,19 @@ class LiquidChoice(LawChoice):
 
     @property
     def modes(self) -> tuple[LawChoice, ...]:
-        """The modes of a liquid of several relaxation times; none of another one."""
+        """The modes of a liquid with several relaxation times; empty for other liquids."""
         listed = self.given.get(MODES)
         blocks = listed if isinstance(listed, list | tuple) else ()
         return tuple(LawChoice.of(f"{self.key}.{MODES}[{i}]", each) for i, each in enumerate(blocks))
 
     @property
     def parts(self) -> tuple[LawChoice, ...]:
-        """The laws that it names beside its own."""
+        """The laws in its block: solvent, yielding and modes."""
         return (*filter(None, (self.solvent, self.yielding)), *self.modes)
 
     @property
     def is_viscous(self) -> bool:
-        """Whether it has a viscosity alone, and so no De."""
+        """Whether it is purely viscous, so that De does not belong to it."""
         return self.name in VISCOUS
 
     @property
@@ -138,7 +138,7 @@ class LiquidChoice(LawChoice):
         return replace(found, given={**found.given, **blocks})
 
     def model(self, De: float, xi: float) -> Liquid:
-        """The liquid of a valid case with these De and xi, which one without modes has not."""
+        """The liquid of a valid case at these De and xi, which have no effect if the law is purely viscous."""
         if self.is_viscous:
             return Liquid(self.made(VISCOUS))
         if not De:
@@ -171,7 +171,7 @@ class Laws:
 
     @classmethod
     def of(cls, liquid: Any, solid: Any) -> Self:
-        """The laws of the values of `liquid` and `solid` of a case, as they are read or validated."""
+        """The laws in the values of `liquid` and `solid` of a case, which may be validated or not."""
         several = enumerate(solid) if isinstance(solid, list | tuple) else ()
         of_each = tuple(LawChoice.of(f"solid[{i}]", each, solids.DEFAULT.name) for i, each in several)
         one = LawChoice.of("solid", solid, solids.DEFAULT.name)
@@ -190,17 +190,17 @@ class Laws:
         return Laws(self.liquid.with_numbers(numbers), tuple(each.with_numbers(numbers) for each in self.solids))
 
     def declared(self) -> Iterator[Declared]:
-        """The parameters of all of them."""
+        """Yield the parameters of all laws."""
         for each in (self.liquid, *self.liquid.parts, *self.solids):
             yield from each.declared()
 
     def solid_models(self, Ca_es: tuple[float, ...]) -> tuple[Solid | None, ...]:
-        """The solids of a valid case with these Ca_e of its particles, None for rigid ones."""
+        """The solids of a valid case, one for each Ca_e of its particles; None for rigid ones."""
         each = self.solids if len(self.solids) == len(Ca_es) else self.solids[:1] * len(Ca_es)
         return tuple(one.made(solids.LAWS, Ca_e) if Ca_e > 0 else None for one, Ca_e in zip(each, Ca_es, strict=True))
 
 
 def liquid_in(resolved: Content) -> Liquid:
-    """The liquid of a case with all its keys, as in case.yaml of a folder of results."""
+    """The liquid of a resolved case, such as case.yaml in a folder of results."""
     De, xi = resolved.get("De"), resolved.get("xi")
     return Laws.in_case(resolved).liquid.model(De if is_finite(De) else 0.0, xi if is_finite(xi) else 1.0)

@@ -24,7 +24,7 @@ MODES_WORDS = "several relaxation times: a list of modes, each with its law"
 
 
 type _Definition = tuple[Any, Any]
-"""The type of a field, and what pydantic knows of it."""
+"""The type of a field, and its `Field`."""
 
 
 def _field(parameter: Parameter) -> _Definition:
@@ -36,9 +36,9 @@ def _field(parameter: Parameter) -> _Definition:
 
 
 def _model(name: str, law: str, words: str, fields: Mapping[str, _Definition], measured: list[str]) -> type[BaseModel]:
-    """A model of the block of a law, which is found in this module, so that a case can be sent to other processes.
+    """The model of the block of a law. It is added to the names of this module, so that cases can be pickled.
 
-    Fields that are `measured` may be given by the `physical` block; the JSON Schema therefore does not require them.
+    Fields that are `measured` may follow from the `physical` block; the JSON Schema therefore does not require them.
     """
 
     def without_measured(schema: JsonSchemaValue) -> None:
@@ -53,7 +53,13 @@ def _model(name: str, law: str, words: str, fields: Mapping[str, _Definition], m
 def _models(
     laws: Mapping[str, type[Material]], more: Mapping[str, _Definition] = MappingProxyType({}), of: str = ""
 ) -> dict[str, type[BaseModel]]:
-    """The models of the blocks of some laws by name; `of` distinguishes them from others of the same laws."""
+    """The models of the blocks of laws, by name of the law.
+
+    Args:
+        laws: The laws by name.
+        more: Further fields of each block.
+        of: Part of the names of the models that distinguishes them from other models of the same laws.
+    """
     found = {}
     for name, law in laws.items():
         declared = law.parameters()
@@ -72,7 +78,7 @@ def _as_block(value: Any) -> Any:
 
 
 def _block_of(models: Mapping[str, type[BaseModel]]) -> Any:
-    """The type of a block of one of some laws, which may be given by its name alone."""
+    """The type of the block of any of these laws; a law may also be given by its name alone."""
     block: Any = Annotated[Union[*models.values()], Field(discriminator="law")]
     return Annotated[block, BeforeValidator(_as_block, json_schema_input_type=_names(models) | block)]
 
@@ -98,17 +104,17 @@ LIQUIDS: dict[str, type[BaseModel]] = {**_SOLVENTS, **_ELASTIC, MODES: _SEVERAL}
 """The model of the block of each liquid."""
 SOLIDS = _models(solids.LAWS)  # the model of the block of each solid
 BLOCKS = {"liquid": LIQUIDS, "solid": SOLIDS, "solvent": _SOLVENTS, "yielding": _YIELDING, "modes": _OF_MODES}
-"""The models of blocks by the key that they are a value of, and by law."""
+"""The models of blocks by the key whose values they are, and then by law."""
 
 
-if TYPE_CHECKING:  # mypy cannot know them
+if TYPE_CHECKING:  # their types depend on values that mypy does not know
     LiquidKey = Any
     SolidKey = Any
 else:
     LiquidKey = _block_of(LIQUIDS) | None
     """A liquid: the name of a law, or its block."""
     SolidKey = PerParticle[_block_of(SOLIDS)] | None
-    """A solid of all particles, or one of each."""
+    """A solid for all particles, or a list with one for each."""
 
 
 def written(block: BaseModel | None) -> Any:

@@ -18,7 +18,7 @@ CellCount = Annotated[Whole, Field(ge=0, le=1000)]
 
 
 def _defaults(name: str) -> str:
-    """The default values of a cell size, of runs and of quasi-steady solutions."""
+    """The default values of a cell size in runs and in quasi-steady solutions, in words."""
     values = [
         ", ".join(f"{getattr(cells, name):g}" for cells in each.values()) for each in (USUAL.in_time, USUAL.steady)
     ]

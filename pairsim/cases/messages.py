@@ -1,4 +1,4 @@
-"""The mistakes that pydantic finds in a file, with the keys of the file."""
+"""Translates the errors that pydantic finds in a file into mistakes, named by the keys of the file."""
 
 from __future__ import annotations
 
@@ -27,9 +27,10 @@ from pairsim.runtime.text import as_typed
 
 CLOSE = 0.65  # least similarity (difflib) at which a key counts as a misspelling of another
 LEFT_OUT = {"inertia": r"inertia|reynolds|^re$", "gravity": r"gravity"}
-"""What the model leaves out unless a key brings it in (`Key.models`), and names of keys that stand for it."""
+"""Effects that the model leaves out unless a key adds them (`Key.models`), each with a pattern of keys that ask for it.
+"""
 OTHER_SCENES = r"off_?(axis|set)|eccentric|lateral|channel|wall|square"
-"""Names of keys for scenes that are not modelled."""
+"""Pattern of keys that ask for scenes that are not modelled."""
 ADAPTED = {
     r"^Value error, ": "",
     r"^Input should be ": "must be ",
@@ -43,7 +44,7 @@ ADAPTED = {
     r"^Input tag .* does not match any of the expected tags: ": "must be one of ",
     r"^Unable to extract tag using discriminator 'law'": "must be the name of a law, or a group with law",
 }
-"""What replaces expressions of pydantic's."""
+"""Replacements for phrases in pydantic's messages, by regular expression."""
 
 
 def mistakes_of(error: ValidationError, model: type[BaseModel], data: Content) -> list[Mistake]:
@@ -64,7 +65,7 @@ class _File:
     data: Content
 
     def key_of(self, problem: Any) -> str:
-        """The dotted key of a problem; the names of alternatives, which pydantic puts in, are in no file."""
+        """The dotted key of a problem, without the names of alternatives that pydantic inserts into its location."""
         key, place = "", problem["loc"]
         inner: Any = self.data
         for i, part in enumerate(place):
@@ -78,7 +79,7 @@ class _File:
         return key
 
     def mistake(self, key: str, problems: list[Any]) -> Mistake:
-        """The mistake of a key that fits none of its alternatives, from the problem that each of them has."""
+        """The mistake in a key, from the problems that pydantic found with each of the alternatives that it allows."""
         value, kind = problems[0]["input"], problems[0]["type"]
         known = self._known(key, problems[0])
         if kind == "missing" and isinstance(problems[0]["loc"][-1], str):
@@ -107,7 +108,7 @@ class _File:
         return Mistake(key, value, allowed)
 
     def _known(self, key: str, problem: Any) -> str:
-        """What is allowed by the schema of a key; "" if it has none, or if the message of pydantic's is as good."""
+        """What the schema of a key allows; "" if it has no schema, or if pydantic's own message is as good."""
         group, _, name = key.rpartition(".")
         home, groups = self._home(group, problem["loc"]), groups_of(self.model)
         if home is None or home is Range or name not in home.model_fields:
@@ -119,7 +120,7 @@ class _File:
         return f"allowed: {allowed_in(home, name)}"
 
     def _home(self, group: str, place: Sequence[Any]) -> type[BaseModel] | None:
-        """The model of a group of keys in which there is a problem: of a block, a range, or a group of the file."""
+        """The model in which a problem lies: that of a block, a range, or a group of the file; None if unknown."""
         of = re.sub(r"\[\d+\]$", "", group).rpartition(".")[2]
         if of in BLOCKS:
             return BLOCKS[of].get(place[-2])
@@ -148,7 +149,7 @@ class _File:
         return f"allowed: {', '.join(home.model_fields)}"
 
     def _beyond(self, name: str) -> str:
-        """What is modelled, for a name that stands for what is not; "" for others."""
+        """What the program models, if an unknown key asks for something that it does not; "" for other keys."""
         modelled = {key.models for key in keys_of(self.model).values()}
         left = [each for each in LEFT_OUT if each not in modelled]
         if not re.search("|".join((OTHER_SCENES, *(LEFT_OUT[each] for each in left))), name):
@@ -157,7 +158,7 @@ class _File:
         return f"pairsim computes spheres on the axis of a round tube{without} (docs/explanation/limits.md)"
 
     def _in_its_law(self, key: str, value: str) -> str:
-        """How a parameter that is given beside its law is written in its block."""
+        """How to write a parameter in the block of its law, if it is given outside of it."""
         laws = PARAMETERS[key].laws
         place = "liquid" if laws[0] in liquids.LAWS else "solid" if laws[0] in solids.LAWS else "liquid.yielding"
         named = Laws.in_case(self.data)
@@ -180,6 +181,6 @@ def _similar(name: str, group: str, groups: Mapping[str, type[BaseModel]]) -> st
         for field in groups[place].model_fields:
             leaves.setdefault(field.lower(), f"{place}.{field}" if place else field)
     close = difflib.get_close_matches(name.lower(), leaves, 2, CLOSE)
-    # A quantity of another thing, such as bead_viscosity: either may be meant.
+    # The quantity of something else, such as bead_viscosity: either key may be meant.
     alike = [each for each in close if "_" in name and each.endswith(name.lower().rpartition("_")[2])]
     return " or ".join(leaves[each] for each in (alike if len(alike) > 1 else close[:1]))

@@ -11,7 +11,7 @@ from pairsim.runtime.errors import InputError
 
 
 class Mistake(NamedTuple):
-    """A mistake in one dotted key, "" for the whole file: its value, None if it is not given, and what is allowed."""
+    """A mistake in a dotted key ("" for the whole file): its value, None if it is not given, and what is allowed."""
 
     key: str
     value: Any
@@ -26,8 +26,11 @@ def missing(key: str, needed: str) -> Mistake:
 def input_error(mistakes: Iterable[Mistake], data: Content, source: str, entry: str = "") -> InputError:
     """Combine all mistakes of a case, at least one, into one error, in the order of the file and missing keys last.
 
-    A `Key` in the data has its file and line; `source` is the file of the others. In a file of several cases `entry` is
-    the name of this one.
+    Args:
+        mistakes: The mistakes.
+        data: The content of the file, in which a `PlacedKey` has its file and line.
+        source: The file that is named for all other keys.
+        entry: The name of the case in a file of several cases.
     """
 
     def error(mistake: Mistake) -> InputError:

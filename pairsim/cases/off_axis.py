@@ -9,13 +9,13 @@ from pydantic import Field
 from pairsim.cases.case import SceneCase
 from pairsim.cases.keys import Key, Part
 
-MOST = 5  # particles that are displaced; chosen
+MOST = 5  # largest number of particles that are displaced; chosen
 YIELDS = "must be one without a yield stress: how much a rounded one changes the rates has not been judged"
-POINTS = 9  # steady states that take as long as the rates at three distances; measured of a soft pair, Newtonian
+POINTS = 9  # steady states that take as long as the rates at three distances; measured, soft pair in a Newtonian liquid
 
 
 def _check_focus(case: OffAxisCase) -> str:
-    """Whether the particles of a case can be displaced."""
+    """Why the particles of a case cannot be displaced; "" if they can, or are not to be."""
     if not case.focus:
         return ""
     out, liquid = "must be left out", case.liquid_model
@@ -42,10 +42,10 @@ class OffAxisCase(SceneCase):
 
     @property
     def of_train(self) -> bool:
-        """Whether it is that of an infinite train, of which short rows in a tube with ends are displaced."""
+        """Whether it is an infinite train, whose rates are those of short rows in a tube with developed ends."""
         return False
 
 
 def points_off_axis(case: OffAxisCase) -> int:
-    """How many steady states take as long as the rates off the axis."""
+    """The number of steady states that take as long as the rates off the axis; 0 if these are not computed."""
     return POINTS if case.focus else 0

@@ -144,9 +144,9 @@ EXPERIMENT = (
         default="by De and Ca_e",
     ),
 )
-"""Quantities that set scales, or give keys of cases."""
+"""Quantities that set the scales, or that give keys of cases."""
 KEYS = {each.key: each for each in (*EXPERIMENT, *DIMENSIONS.values())}
-"""All keys of the block: those of an experiment, then those that the parameters of materials follow from."""
+"""All keys of the block: those of an experiment, then those from which parameters of materials follow."""
 DEVIATIONS = {each.deviation.key: each.deviation for each in KEYS.values() if each.each}
 """The standard deviations of quantities that may differ among the particles, such as "particle.each"."""
 QUANTITIES = KEYS | DEVIATIONS
@@ -154,7 +154,7 @@ QUANTITIES = KEYS | DEVIATIONS
 
 
 def with_deviations(given: Mapping[str, Plain]) -> dict[str, Plain]:
-    """The quantities of a block with the standard deviations of those that differ among particles apart.
+    """The quantities of a block, with standard deviations among the particles as entries of their own.
 
     `{"particle": {"mean": "24 um", "each": "0.5 um"}}`, or `{"particle": "24 um each 0.5 um"}`, becomes
     `{"particle": "24 um", "particle.each": "0.5 um"}`.
@@ -170,6 +170,6 @@ def with_deviations(given: Mapping[str, Plain]) -> dict[str, Plain]:
 
 
 def _in_words(text: str) -> Plain:
-    """Mean and standard deviation of a text such as "24 um each 0.5 um"; another text as it is."""
+    """Mean and standard deviation in a text such as "24 um each 0.5 um"; any other text unchanged."""
     mean, word, deviation = text.partition(f" {EACH} ")
     return {MEAN: mean.strip(), EACH: deviation.strip()} if word else text

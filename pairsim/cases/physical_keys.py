@@ -1,4 +1,4 @@
-"""The key `physical` of a case: the pydantic model of its block, made from what is declared of each quantity."""
+"""The key `physical` of a case: the pydantic model of its block, made from the declaration of each quantity."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Keys that know where they were given, for messages on what is wrong with them."""
+"""Keys that know where they were given, for messages about mistakes in them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Place(NamedTuple):
 
 
 class PlacedKey(str):
-    """A key that knows its place, if that is known. In a dict it is the same as its text."""
+    """A key with the place where it was given, None if that is unknown. In a dict it equals its text."""
 
     place: Place | None
 
@@ -38,7 +38,7 @@ def place_in(group: Mapping[str, Plain], name: str) -> Place | None:
 def place_of(data: Mapping[str, Plain], key: str) -> Place | None:
     """Where a dotted key, such as mesh.Np or cases[1].mesh.Np, was given.
 
-    If it is missing, the place of what it would be in; None if that is unknown.
+    If the key is missing, this is the place of the innermost group that would contain it; None if unknown.
     """
     place = None
     inner: Any = data

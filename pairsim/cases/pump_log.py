@@ -1,4 +1,4 @@
-"""Times and flow rates of a file as a pump logs them: a table with headings, which have the units."""
+"""Reads times and flow rates from the log of a pump: a table with headings, which have the units."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ FLOWS = re.compile(
     re.I,
 )
 HEADING = re.compile(r"(?P<name>[^\[\](){}]*?)\W*(?:[\[({/,]|\bin\b)\s*(?P<unit>[^\])}]+?)\s*[\])}]?\s*")
-THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2}(,\d{3})+")  # or three decimals, as in 1,000
+THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2}(,\d{3})+")  # ambiguous: 1,000 may also have three decimals
 NOT_A_NUMBER = float("nan")
 SEPARATORS = "\t;,"
 DATES = "date or time of day"
@@ -30,11 +30,11 @@ SPELLED = {"µ": "u", "μ": "u", "minute": "min", "minutes": "min", "seconds": "
 
 
 def read_pump_log(path: Path) -> tuple[list[str], list[str]]:
-    """The times and flow rates of a file, each with its unit.
+    """The times and flow rates of a file, each as a text with its unit.
 
     Raises:
-        ValueError: It has no such columns, a unit is missing or unknown, or a cell is no number.
-        OSError: It cannot be read.
+        ValueError: The file has no such columns, a unit is missing or unknown, or a cell is not a number.
+        OSError: The file cannot be read.
     """
     lines = path.read_text(encoding="utf-8-sig", errors="replace").splitlines()
     start, separator, columns = _heading(lines)
@@ -62,7 +62,7 @@ def read_pump_log(path: Path) -> tuple[list[str], list[str]]:
 
 
 def _heading(lines: Sequence[str]) -> tuple[int, str, dict[str, tuple[int, str]]]:
-    """The place of the line of headings, what separates its cells, and the place and unit of each column."""
+    """The index of the line of headings, its separator, and for "time" and "flow" the index and unit of the column."""
     for i, line in enumerate(lines):
         for separator in SEPARATORS:
             found: dict[str, tuple[int, str]] = {}
@@ -91,7 +91,7 @@ def _unit(text: str) -> str:
 def _cells(rows: Mapping[int, Sequence[str]], column: int, width: int) -> dict[int, str]:
     """The cells of a column, by the numbers of their lines; `width` is the number of headings."""
     for number, row in rows.items():
-        if len(row) <= column or any(row[width:]):  # empty cells at the end are no more than separators
+        if len(row) <= column or any(row[width:]):  # empty cells at the end come from trailing separators
             fewer = "fewer" if len(row) <= column else "more"
             raise ValueError(f"has {fewer} cells than headings in line {number}")
     return {number: row[column] for number, row in rows.items()}
@@ -115,7 +115,7 @@ def _numbers(cells: Mapping[int, str]) -> list[float]:
 
 
 def _check_order(times: Sequence[float], cells: Mapping[int, str]) -> None:
-    """Refuse times that step back; twice the same one is a jump of the flow."""
+    """Raise a ValueError if times step back; the same time twice stands for a jump of the flow."""
     written = list(cells.items())
     for k in range(1, len(times)):
         if times[k] < times[k - 1]:
@@ -124,7 +124,7 @@ def _check_order(times: Sequence[float], cells: Mapping[int, str]) -> None:
 
 
 def _clock(cells: Mapping[int, str]) -> list[float]:
-    """Seconds since the first of some dates or times of day."""
+    """Seconds since the first of the dates or times of day in a column."""
     texts = list(cells.values())
     try:
         times = pd.to_datetime(pd.Series(texts), format="mixed")

@@ -33,7 +33,8 @@ COMMON = {
     "m^3": {"pl": 1.0000000000000003e-15, "nl": 1.0000000000000004e-12, "ul": 1.0000000000000003e-09},
     "kg/m^3": {"kg/m^3": 1.0},
 }
-"""Units in SI units, as pint has them, for which it is not loaded: this takes longer than an atlas to answer."""
+"""Common units in SI units, with pint's values. For them pint is not loaded, which takes longer than an atlas's answer.
+"""
 MEASURING = {
     "[length]": {"meter", "micron", "angstrom", "inch", "thou", "foot", "yard", "mile"},
     "[time]": {"second", "minute", "hour", "day", "week"},
@@ -41,8 +42,8 @@ MEASURING = {
     "[length] / [time]": {"meter_per_second", "kilometer_per_hour", "mile_per_hour"},
     "[length] ** 3 / [time]": set(),
 }
-"""Units with names of their own that are used at a bench. Pint has more, some by words that mean something else there:
-pc is a parsec, pt a pint, cp a cup, fps a foot per second, pa a picoyear."""
+"""Units with names of their own that are used in a laboratory. Pint has more, some under names with another meaning
+there: pc is a parsec, pt a pint, cp a cup, fps a foot per second, pa a picoyear."""
 METRIC = {"meter", "second", "liter"}
 LARGE = "mega", "giga", "tera", "peta", "exa", "zetta", "yotta", "ronna", "quetta"
 
@@ -52,18 +53,18 @@ A_LENGTH = a_length("length", "length")
 
 
 def _parsed(text: Any) -> tuple[float, pint.Unit]:
-    """Number and unit of a text, a product of which may be written with a point, as in Pa.s; ValueError for others."""
+    """Number and unit of a text, such as 2 Pa.s with a point for the product; ValueError for any other text."""
     match = QUANTITY.fullmatch(text.strip()) if isinstance(text, str) else None
     if match is None:
         raise ValueError("is not a number with a unit")
     number, unit = match.groups()
-    if unit.endswith("Pas"):  # of which pint makes several Pa
+    if unit.endswith("Pas"):  # which pint would read as a plural of Pa
         raise ValueError(f"has the unit {unit}, which is written {unit[:-1]}.s")
     return float(number), _unit(re.sub(r"(?<=[^\W\d_])[.·](?=[^\W\d_])", "*", unit), unit)
 
 
 def _unit(text: str, given: str) -> pint.Unit:
-    """A unit that is used at a bench; ValueError for others, and for those that pint does not know."""
+    """A unit that is used in a laboratory; ValueError for others, and for those that pint does not know."""
     units = registry()
     try:
         unit = units.parse_units(text)
@@ -82,7 +83,7 @@ def _unit(text: str, given: str) -> pint.Unit:
 
 
 def _in_common(text: Any, unit: str) -> float | None:
-    """Convert a quantity in one of the units of `COMMON`; None if it is in another one, or is none."""
+    """Convert a quantity in a unit of `COMMON` to the SI unit `unit`; None for other units, or if it is no quantity."""
     match = QUANTITY.fullmatch(text.strip()) if isinstance(text, str) else None
     factor = COMMON.get(unit, {}).get(match[2]) if match is not None else None
     return None if match is None or factor is None else rounded(float(match[1]) * factor)
@@ -105,7 +106,7 @@ def si(text: Any, of: Measurable) -> float:
     """Convert a quantity that is above 0 to its SI unit.
 
     Raises:
-        ValueError: It is none of this kind; says what is wrong and what is allowed.
+        ValueError: It is not a quantity of this kind; says what is wrong and what is allowed.
     """
     allowed = f"must be {of.kind.words} above 0 with its unit, such as {of.example}"
     allowed += f", or {of.volume.kind.words}, such as {of.as_volume}" if of.as_volume else ""
@@ -129,14 +130,14 @@ def si(text: Any, of: Measurable) -> float:
 def measured(text: Any, of: Measurable) -> tuple[float, float]:
     """Convert a quantity that may have a half-width to its SI unit: 1.5 +- 0.3 kPa, 1.5 kPa +- 300 Pa, 8 ms +- 20 %.
 
-    A percentage, such as 0 +- 1 %, becomes a part.
+    A percentage, such as 0 +- 1 %, becomes a fraction.
 
     Returns:
-        The quantity, and the half-width of its interval of 95 %, 0 where none is given.
+        The quantity, and the half-width of its 95 % interval, 0 if none is given.
 
     Raises:
-        ValueError: As of `si` or `percentage`, or the half-width is no quantity of this kind that is smaller than the
-            value.
+        ValueError: As for `si` or `percentage`, or the half-width is not a quantity of this kind, or not smaller than
+            the value.
     """
     if of.kind == PERCENTAGE:
         return percentage(text)
@@ -152,10 +153,10 @@ def measured(text: Any, of: Measurable) -> tuple[float, float]:
 
 
 def percentage(text: Any) -> tuple[float, float]:
-    """A percentage of either sign as a part, and the half-width of its interval of 95 %, 0 where none is given.
+    """A percentage of either sign as a fraction, and the half-width of its 95 % interval, 0 if none is given.
 
     Raises:
-        ValueError: It is none.
+        ValueError: It is not a percentage between -100 % and 100 %.
     """
     match = _percent(text)
     if match is not None and any(match.groups()):
@@ -168,10 +169,10 @@ def percentage(text: Any) -> tuple[float, float]:
 
 
 def as_given(text: str) -> tuple[float, str]:
-    """The value of a quantity, which may have a half-width, in the unit in which it is given, and this unit.
+    """The value of a quantity in the unit in which it is given, and this unit; a half-width is ignored.
 
     Raises:
-        ValueError: It is no quantity.
+        ValueError: The text is not a quantity.
     """
     if (percent := _percent(text)) is not None:
         return float(percent[1] or 0), PERCENTAGE.si
@@ -184,12 +185,12 @@ def as_given(text: str) -> tuple[float, str]:
 
 
 def _percent(text: Any) -> re.Match[str] | None:
-    """The value and the half-width of a percentage; None of another text."""
+    """The match of the value and the half-width of a percentage; None for any other text."""
     return PERCENT.fullmatch(text.strip()) if isinstance(text, str) and "%" in text else None
 
 
 def _halves(text: Any) -> tuple[Any, str | None]:
-    """The two sides of +-, with the unit of one of them where the other has none; None without a half-width."""
+    """The texts on both sides of +-; a side without a unit gets that of the other. The second is None without +-."""
     if not isinstance(text, str) or len(sides := PLUS_MINUS.split(text.replace("(", "").replace(")", ""))) != 2:
         return text, None
     value, half = map(str.strip, sides)
@@ -219,16 +220,16 @@ def has_half_width(text: object) -> bool:
 
 
 def suited(value: float, unit: str) -> tuple[str, float]:
-    """The unit of `COMMON` in which a value in a SI unit is read best, such as ms for 0.008 s, and its size."""
+    """The unit of `COMMON` in which a value in SI units reads best, such as ms for 0.008 s, and its size in these."""
     known = [each for each in COMMON.get(unit, {}).items() if each[0] != "min"] or [(unit.replace("*", "."), 1.0)]
     return max((each for each in known if each[1] <= 2 * abs(value)), key=lambda each: each[1], default=known[0])
 
 
 def unit_in(other: str, unit: str) -> float:
-    """A unit in another one.
+    """The size of `unit` in the unit `other`: 0.001 for ms in s.
 
     Raises:
-        ValueError: It is no unit, or is of another kind.
+        ValueError: `unit` is not a unit, or of another kind.
     """
     try:
         return float(registry().Quantity(1.0, _unit(unit, unit)).to(other).magnitude)
@@ -240,7 +241,7 @@ def seconds_of(budget: str | None) -> float | None:
     """A budget such as "10min" in seconds; None stays None.
 
     Raises:
-        InputError: It is no time.
+        InputError: It is not a time.
     """
     if budget is None:
         return None
@@ -264,10 +265,10 @@ def in_one_unit(texts: Sequence[str]) -> tuple[list[float], str]:
 
 
 def numbers_in_one_unit(texts: Sequence[Any]) -> tuple[list[float], str]:
-    """Quantities without their half-widths, as `in_one_unit`; percentages are numbers in %.
+    """Quantities without their half-widths as numbers in one unit, see `in_one_unit`; percentages are numbers in %.
 
     Raises:
-        ValueError: As of `in_one_unit`.
+        ValueError: As for `in_one_unit`.
     """
     percentages = [match for match in map(_percent, texts) if match is not None]
     if percentages and len(percentages) == len(texts):
@@ -292,15 +293,15 @@ def _listed(value: Any) -> Any:
 
 
 def _refuse_group(value: Any) -> Any:
-    """Refuse keys in place of values, as if a dotted key were written as a group; ValueError."""
+    """Raise a ValueError for a group in place of values, as when a dotted key is written as a group."""
     if isinstance(value, Mapping) and not value.keys() & Range.model_fields.keys():
         dotted = "a key in a group is written with a dot, such as physical.flow_rate: [1 ul/min, 2 ul/min]"
         raise ValueError(f"must be a list of values or a range: {dotted}")
     return value
 
 
-if TYPE_CHECKING:  # mypy cannot know them
+if TYPE_CHECKING:  # their types depend on values that mypy does not know
     ValuesOrQuantities = tuple[float | str, ...]
 else:
     ValuesOrQuantities = Annotated[several(Positive | str, Positive | str, _listed), BeforeValidator(_refuse_group)]
-    """Values of a number, or of a quantity with their units."""
+    """Values of a number, or of a quantity as texts with a unit."""

@@ -25,14 +25,14 @@ from pairsim.physics.waveform import Waveform
 from pairsim.runtime.plain import Plain
 
 MOST_OUTPUTS = 10_000
-LEAST_GAP = 1e-4  # between the last particle of a period and the first one of the next [D_c], as of others
+LEAST_GAP = 1e-4  # least distance of the last particle of a period from the first of the next [D_c], as of other gaps
 # The flow in the tube starts up like exp(-t/De), and soft pairs near each other (beta .5, d .04) forget their shape
 # like exp(-t/(6 Ca_e)); the factors were chosen.
 SHORTEST_RUN = 2.0  # least end [D_c/U_av]
 RUN_PER_DE = 6.0
 RUN_PER_CAPILLARY = 20.0  # of the largest Ca_e
-CYCLES = 10  # of a flow that varies, beside the time of a start-up; chosen
-RUN_PER_VISCOSITY = 0.45  # how a viscosity of the particles over eta_0 increases the last factor
+CYCLES = 10  # cycles of a flow that varies in a run, after the time of a start-up; chosen
+RUN_PER_VISCOSITY = 0.45  # relative increase of RUN_PER_CAPILLARY per viscosity of the particles over eta_0
 DEFAULT_END = (
     f"the largest of {SHORTEST_RUN:g}, {RUN_PER_DE:g} De and {RUN_PER_CAPILLARY:g} Ca_e; later with "
     "slower modes and viscous particles"
@@ -60,7 +60,7 @@ def _check_waveform(case: Case) -> Iterator[Mistake]:
 
 
 def _by_the_end(key: str) -> Callable[[Case], str]:
-    """What a time of the group `time` must be: not after the end."""
+    """The check of a time in the group `time`, which must not be later than the end."""
     return lambda case: f"must be at most time.end = {case.time.end:g}" if _late(case, getattr(case.time, key)) else ""
 
 
@@ -96,7 +96,7 @@ def _check_every(case: Case) -> str:
 
 
 def _check_ends(case: Case) -> Iterator[Mistake]:
-    """Yield the mistake of a period of an infinite row without particles, or too short for them."""
+    """Yield the mistake if a period of an infinite row has no particles, or is too short for them."""
     if not case.closed:
         return
     if not case.n:
@@ -235,7 +235,7 @@ class Case(OffAxisCase):
         return super()._defaults() | start | {"time": {"tol": settings_of(self.accuracy).time_tol, "end": end}}
 
     def _end_with_cycles(self, start_up: float) -> float:
-        """End time of a flow that varies: that of a start-up and some cycles, or of a table."""
+        """End time of a run [D_c/U_av], which with a flow that varies is some cycles later, or the end of a table."""
         if (flow := self.flow_over_time) is None:
             return start_up
         of_table = self.waveform is not None and self.waveform.shape == TABLE
@@ -258,7 +258,7 @@ class Case(OffAxisCase):
         """The mean velocity of the liquid [U_av] over time [D_c/U_av]; None where it is constant.
 
         Raises:
-            ValueError: The case is not valid.
+            ValueError: The case has mistakes.
         """
         if self.waveform is None:
             return None
@@ -272,7 +272,7 @@ class Case(OffAxisCase):
 
     @property
     def unit_of_flow(self) -> str:
-        """What gives U_av: "mean", of the size of a flow that varies, a key of `physical`, or "" without that block."""
+        """What gives U_av: a key of `physical`, or "mean" for the mean |Q| of a flow that varies; "" without block."""
         if self.experiment is None:
             return ""
         return next((key for key in ("flow_rate", "velocity") if key in self.experiment.given), "mean")
@@ -310,5 +310,5 @@ class Case(OffAxisCase):
 
     @property
     def adapts(self) -> bool:
-        """Whether a coarse run tells which cells are needed."""
+        """Whether a coarse run comes first, from whose error the cells follow."""
         return self.estimates_error and self.mesh.adapt

@@ -1,4 +1,4 @@
-"""How much particles differ from each other."""
+"""The key `spread` of a case: how much its particles differ from each other."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def _check_modulus(case: SpreadCase) -> str:
 
 
 class SpreadOptions(Keys):
-    """Standard deviations among the particles, which are normal and independent, as parts of the means."""
+    """Standard deviations among the particles, over the means; the particles are drawn normally and independently."""
 
     diameter: Deviation = Field(0.0, description="standard deviation of the diameter of each particle over the mean")
     modulus: Annotated[Deviation, Key(check=_check_modulus)] = Field(
@@ -38,11 +38,11 @@ SPREAD = Key(part=Part.REPORT, identity=lambda case: bool(case.spread), check=_c
 
 
 class SpreadCase(SceneCase):
-    """A case whose particles may differ from each other. One of equal particles is as before there was this key."""
+    """A case whose particles may differ from each other; if they are equal, `spread` is no part of its identity."""
 
     spread: Annotated[SpreadOptions, SPREAD] = SpreadOptions()
 
     @property
     def of_free_pairs(self) -> bool:
-        """Whether it is asked what particles do in pairs, or in longer rows, when no force acts on them."""
+        """Whether the case is about force-free particles in pairs or longer rows, for which alone there is a spread."""
         return True

@@ -1,4 +1,4 @@
-"""The units that pint knows, whose parsed definitions are kept in the cache of the user."""
+"""Pint's registry of units, whose parsed definitions are kept in the user's cache."""
 
 from __future__ import annotations
 
@@ -37,17 +37,17 @@ def registry() -> pint.UnitRegistry:
 
 
 def quantity(kind: Kind, number: Any, scales: Scales) -> Any:
-    """A number of pairsim, or an array of them, as a quantity of pint in the unit in which its kind is shown.
+    """A dimensionless number or array as a quantity of pint, in the unit in which its kind is shown.
 
-    None, of what is not known, stays None.
+    None, for an unknown number, stays None.
     """
     return None if number is None else registry().Quantity(number * kind.factor(scales), kind.physical)
 
 
 def as_texts(given: Any) -> Any:
-    """A quantity of pint as a text with its unit, or as a number without one, an array as a list; all else as it is.
+    """A quantity of pint as a text with its unit (as a number if it has none), an array of them as a list.
 
-    The registry of the quantity may be any.
+    Anything else is returned unchanged. The quantity may belong to any registry.
     """
     if not hasattr(given, "magnitude") or not hasattr(given, "units"):
         return given
@@ -58,7 +58,7 @@ def as_texts(given: Any) -> Any:
 
 
 def has_unit(given: Any) -> bool:
-    """Whether a text, or each one in nested lists, is more than a number."""
+    """Whether a text, or each text in nested lists, is more than a number."""
     if isinstance(given, list | tuple):
         return bool(given) and all(map(has_unit, given))
     if not isinstance(given, str):
@@ -71,7 +71,7 @@ def has_unit(given: Any) -> bool:
 
 
 def _fill(kept: Path) -> None:
-    """Have pint write its cache into a new folder, which gets its name when it is complete.
+    """Have pint write its cache into a new folder, which gets its final name when it is complete.
 
     Pint itself writes into files that other processes may be reading, and that are incomplete if it is killed.
     """

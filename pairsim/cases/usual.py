@@ -1,4 +1,4 @@
-"""Quantities far from what is usual, as one is whose prefix was misread: 3 mPa for 3 kPa."""
+"""Remarks on quantities far outside their usual range, as when a prefix was mistaken: 3 mPa for 3 kPa."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ MEANS = {"m": "m is milli, mega is M", "M": "M is mega, milli is m"}
 
 
 def unusual(of: Measurable, given: Any, value: Any) -> Iterator[str]:
-    """Sentences on values of a quantity that are far from usual.
+    """Yield sentences on values of a quantity that are far outside its usual range.
 
     Args:
         of: The quantity.
-        given: It as it is given, or several in a list.
-        value: The same in its SI unit; None of what is wrong.
+        given: The value as it is given, or a list of values.
+        value: The same in its SI unit, a tuple for a list; None for invalid values.
     """
     if of.usual is None:
         return

@@ -1,7 +1,7 @@
-"""Kinds of values that several keys of case files have. The limits of one key alone are in the type of its field.
+"""Types of values that several keys of case files share. Limits of a single key are in the type of its field.
 
-Limits are wider than what has been computed (docs/explanation/limits.md) and narrower than what would overflow double
-precision, stop gmsh or give names that no file system takes.
+Limits are wider than what has been computed (docs/explanation/limits.md), and narrower than what would overflow double
+precision, stop gmsh or give names that no file system accepts.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def zero_or(least: float, most: float) -> tuple[Any, ...]:
     return Field(ge=0, le=most), AfterValidator(check)
 
 
-# Strict: booleans and texts are no numbers.
+# Strict: booleans and texts do not count as numbers.
 Whole = Annotated[int, Field(strict=True)]
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Positive = Annotated[Number, Field(gt=0)]
@@ -55,7 +55,7 @@ DistanceOrLength = Annotated[
         {"anyOf": [{"type": "number", "minimum": 1e-4, "maximum": 1e4}, {"type": "string", "examples": ["15 um"]}]}
     ),
 ]
-"""A distance, which is given as a length in cases with a `physical` block, too; it is a number in a valid case."""
+"""A distance [D_c], which may also be given as a length if there is a `physical` block; a number in a valid case."""
 MOST_TIME = 1e6
 Time = Annotated[Number, Field(ge=1e-9, le=MOST_TIME)]
 
@@ -76,7 +76,7 @@ def spelled_out(described: Range[Any]) -> list[float]:
     """The values of a range of numbers.
 
     Raises:
-        ValueError: It is logarithmic, and not above 0.
+        ValueError: It is logarithmic, and one of its ends is not above 0.
     """
     start, stop, num = described.start, described.stop, described.num
     part = [i / (num - 1) for i in range(num)]
@@ -91,7 +91,7 @@ def spelled_out(described: Range[Any]) -> list[float]:
 
 
 def _shape(value: Any) -> str:
-    """The alternative for which a value is meant, so that pydantic reports the mistakes of that one alone."""
+    """The alternative that a value is meant to be, so that pydantic reports the mistakes of this alternative only."""
     if isinstance(value, Range) or (isinstance(value, Mapping) and value.keys() & Range.model_fields.keys()):
         return "range"
     return "each" if isinstance(value, list | tuple) else "one"
@@ -111,7 +111,7 @@ OneOrMany = Annotated[
 
 
 def several(one: Any, end: Any, listed: Callable[[Any], Any] = listed) -> Any:
-    """The type of a value, a list of values, or a range with ends of a type, all of which `listed` makes a tuple."""
+    """The type of a value of type `one`, a list of these, or a range with ends of type `end`; it becomes a tuple."""
     each: Any = tuple[one, ...]
     ranged: Any = Range
     return Annotated[
@@ -123,7 +123,7 @@ def several(one: Any, end: Any, listed: Callable[[Any], Any] = listed) -> Any:
     ]
 
 
-if TYPE_CHECKING:  # mypy cannot know them
+if TYPE_CHECKING:  # their types depend on values that mypy does not know
     Gaps = tuple[float | tuple[float, ...] | Range[float], ...]
     Values = tuple[float, ...]
 else:
@@ -136,6 +136,6 @@ else:
         ],
         Distance,
     )
-    """Distances, each one for all gaps or a list with one for each; or one of each gap, and a range of one of them."""
+    """Distances, each a number for all gaps or a list with one for each; or one entry per gap, one being a range."""
     Values = several(Positive, Positive)
     """Values of a parameter."""

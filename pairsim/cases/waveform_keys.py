@@ -34,12 +34,12 @@ OF_SHAPE, OF_TABLE = ("period", "amplitude"), ("times", "flows")
 
 
 def _quantity(number: Any, of: Measurable) -> Any:
-    """The type of a number that may be a quantity with its unit."""
+    """The type of a value that is a number, or a quantity with its unit."""
     schema = {"anyOf": [{"type": "number"}, {"type": "string", "examples": [of.example]}]}
     return Annotated[number | str, WithJsonSchema(schema)]
 
 
-if TYPE_CHECKING:  # mypy cannot know them
+if TYPE_CHECKING:  # their types depend on values that mypy does not know
     type Time = float | str
     type Flow = float | str
     type PastTime = float | str
@@ -81,14 +81,14 @@ class WaveformOptions(Keys):
 
     @property
     def _given(self) -> dict[str, tuple[Any, ...]]:
-        """The values of the keys of the shape, of those that have any."""
+        """The values of the keys that belong to the shape, of those that are given."""
         keys = OF_TABLE if self.shape == TABLE else ("period", "mean", "amplitude")
         found = {key: getattr(self, key) for key in keys}
         return {key: each if isinstance(each, tuple) else (each,) for key, each in found.items() if each is not None}
 
     @property
     def _needed(self) -> tuple[str, ...]:
-        """The keys without a default that the shape has."""
+        """The keys that must be given with the shape."""
         return OF_TABLE if self.shape == TABLE else OF_SHAPE
 
     @property
@@ -97,7 +97,7 @@ class WaveformOptions(Keys):
         return any(isinstance(value, str) for key in OF_FLOWS for value in self._given.get(key, ()))
 
     def mistakes(self, scaled: bool) -> Iterator[Mistake]:
-        """Yield what is wrong in it, in a case that has a `physical` block or has none."""
+        """Yield the mistakes in it; `scaled` is whether the case has a `physical` block."""
         other = OF_SHAPE if self.shape == TABLE else OF_TABLE
         idle = [key for key in other if getattr(self, key) not in (None, ())]
         absent = [key for key in self._needed if getattr(self, key) in (None, ())]
@@ -111,7 +111,7 @@ class WaveformOptions(Keys):
         yield from self._check_units(scaled) or self._check_flow()
 
     def _check_units(self, scaled: bool) -> list[Mistake]:
-        """Mistakes in the units, of a table the first one."""
+        """The mistakes in units; in a table only the first one."""
         found, flows = list[Mistake](), self.in_units
         for key, given in self._given.items():
             of = PERIOD if key in OF_TIMES else FLOW
@@ -133,7 +133,7 @@ class WaveformOptions(Keys):
         return found[:1] if self.shape == TABLE else found
 
     def _check_flow(self) -> list[Mistake]:
-        """A mistake of the times of a table, or that nothing flows."""
+        """The mistake of invalid times in a table, or of a flow that is always 0; empty if there is neither."""
         try:
             found = self._in(1.0, 1.0, _in_si)
         except ValueError as error:
@@ -144,7 +144,10 @@ class WaveformOptions(Keys):
         return []
 
     def _in(self, flow: float, time: float, text: Any) -> Waveform:
-        """The waveform with texts as `text` makes them of a value and what it is, over a unit of flows and times."""
+        """The waveform, in which texts are converted by `text(value, kind of quantity)` and divided by a unit.
+
+        These units are `flow` and `time`; numbers are taken unchanged. ValueError if a value is missing or invalid.
+        """
 
         def number(key: str, value: Any) -> float:
             if not isinstance(value, str):
@@ -163,7 +166,7 @@ class WaveformOptions(Keys):
         """The mean velocity of the liquid [U_av] over time [D_c/U_av].
 
         Raises:
-            ValueError: It is not valid.
+            ValueError: The keys have mistakes.
         """
         if scales is None:
             return self._in(1.0, 1.0, _no_units)
@@ -171,19 +174,19 @@ class WaveformOptions(Keys):
 
     @property
     def mean_size(self) -> float | None:
-        """The mean of |Q| over a cycle [m^3/s]; None where flows have no units, or are wrong."""
+        """The mean of |Q| over a cycle [m^3/s]; None if flows have no units, or there are mistakes."""
         if not self.in_units or any(self.mistakes(scaled=True)):
             return None
         return self._in(1.0, 1.0, _in_si).mean_size
 
     @classmethod
     def with_table(cls, content: Content) -> dict[str, Plain]:
-        """The content of a case file, with that of the table which its waveform names.
+        """The content of a case file, in which the table that its waveform names is replaced by times and flows.
 
-        A relative path is one from the folder of the case file.
+        The path of the table is relative to the folder of the case file.
 
         Raises:
-            ValueError: The file cannot be read, or is no such table.
+            ValueError: The table cannot be read, or is not one of times and flow rates.
         """
         group = content.get(GROUP)
         named = group.get(TABLE) if isinstance(group, Mapping) else None

@@ -1,6 +1,6 @@
 """Read YAML files, keeping the file and line of each key for error messages, change their keys, and write them.
 
-What reads and writes takes a while to import, and is imported where there is a file: an answer need have none.
+The YAML library takes a while to import, and is imported only to read or write a file: an answer may need none.
 """
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ DEFAULT_LAWS = {"liquid": liquids.DEFAULT.name, "solid": solids.DEFAULT.name}
 
 
 type Content = Mapping[str, Plain]
-"""Keys with their values, such as those of a file: of none is it known yet whether it is right."""
+"""Keys with their values, such as those of a file, which need not be valid."""
 
 
 def within(data: dict[str, Plain], dotted: str) -> tuple[dict[str, Plain], str]:
     """The group of a dotted key, created if it is missing, and the name of the key in that group.
 
-    The name of a law becomes its block.
+    If a law on the way is given by its name, it is replaced by a block.
 
     Raises:
-        ValueError: The key goes through a value that is no group.
+        ValueError: The key goes through a value that is not a group.
     """
     *groups, last = re.findall(r"[^.\[\]]+", dotted)
     inner: Any = data
@@ -56,8 +56,12 @@ def merge(
 ) -> None:
     """Merge changes into nested keys and values, in place: groups of keys are merged, all other values are replaced.
 
-    Groups are those of the case, as of `groups_of` its model. Changes are nested or have dotted keys. Error messages
-    name `source` where the file of a key is not known, and keys with the prefix `group`, such as "mesh.".
+    Args:
+        target: The nested keys and values.
+        changes: The changes, nested or with dotted keys.
+        groups: The names of the groups of the case, see `groups_of`.
+        source: The file that error messages name for keys whose file is not known.
+        group: The prefix of keys in error messages, such as "mesh.".
 
     Raises:
         InputError: A dotted key goes through a value that is not a group.
@@ -83,7 +87,7 @@ def merge(
 def apply_settings(data: dict[str, Plain], overrides: tuple[str, ...], groups: Collection[str]) -> None:
     """Apply settings key=value with dotted keys, as given to --set, to nested keys and values, in place.
 
-    Groups are those of `merge`.
+    `groups` are as in `merge`.
 
     Raises:
         InputError: A setting is not of the form key=value, or its key goes through a value that is not a group.
@@ -103,7 +107,7 @@ def apply_settings(data: dict[str, Plain], overrides: tuple[str, ...], groups: C
 
 
 def flat(entry: Content, prefix: str = "") -> dict[str, Plain]:
-    """Convert nested keys to dotted keys; the name of a law stands for its group, as in liquid and liquid.alpha."""
+    """Convert nested keys to dotted ones; the name of a law has the key of its group: liquid beside liquid.alpha."""
     spelled: dict[str, Plain] = {}
     for key, value in entry.items():
         if isinstance(value, dict):
@@ -134,9 +138,9 @@ def read_yaml(path: Path) -> dict[str, Plain]:
 
 
 def yaml_text(content: Content, blocks: bool = False) -> str:
-    """Keys and values as YAML that readers of YAML 1.1 understand, too, in their order.
+    """Keys and values as YAML in their order; readers of YAML 1.1 understand it, too.
 
-    With `blocks` the innermost groups and lists have a line for each entry; else they are {...} and [...].
+    With `blocks` the innermost groups and lists have one line per entry; otherwise they are {...} and [...].
     """
     from ruamel.yaml import YAML
 

@@ -17,15 +17,15 @@ from pairsim.runtime.text import shortened
 
 MOST_VALUES = 500_000
 """Values and keys in a file, as many as the cases of the largest grid have."""
-LONGEST_PROBLEM = 300  # characters of what the reader says
+LONGEST_PROBLEM = 300  # characters of a message of the reader
 TAG = "tag:yaml.org,2002:"
-UNFIT = re.compile("[\0\ud800-\udfff]")  # what is in no name of a file
+UNFIT = re.compile("[\0\ud800-\udfff]")  # characters that no file name can have
 
 
 class _Constructor(SafeConstructor):
-    """Makes dicts of groups, each key of which knows its line.
+    """Turns mappings into dicts whose keys know their lines.
 
-    What a scalar cannot be, such as `!!int x`, is a ConstructorError with its line, as all that is refused.
+    All that is refused, such as the scalar `!!int x`, is a ConstructorError with its line.
     """
 
     def construct_document(self, node: Node) -> Any:
@@ -50,7 +50,7 @@ class _Constructor(SafeConstructor):
         return {PlacedKey(key, Place(lines[key].name, lines[key].line + 1)): value for key, value in values.items()}
 
     def number(self, node: Node) -> float:
-        return float(self.construct_yaml_float(node)) + 0.0  # no -0.0, which would make another case
+        return float(self.construct_yaml_float(node)) + 0.0  # turns -0.0 into 0.0, lest one case have two hashes
 
     def whole(self, node: Node) -> int:
         value = int(self.construct_yaml_int(node))
@@ -83,10 +83,10 @@ for _tag in (TAG + "str", TAG + "timestamp"):
 
 
 def _count(node: Node, counts: dict[Node, int]) -> int:
-    """The number of values and keys below a node and with it, those that aliases repeat included.
+    """The number of values and keys in a node, itself included, with those that aliases repeat.
 
     Raises:
-        ConstructorError: A node is below itself.
+        ConstructorError: A node contains itself.
     """
     if (known := counts.get(node)) is not None:
         if not known:  # not counted to the end yet
@@ -100,7 +100,7 @@ def _count(node: Node, counts: dict[Node, int]) -> int:
 
 
 def load(stream: TextIO | str, file: str) -> Any:
-    """The value of a YAML text; InputError where it is not valid YAML, or has tags."""
+    """The value of a YAML text; InputError if it is not valid YAML, or has tags."""
     reader = YAML(typ="safe", pure=True)
     reader.Constructor = _Constructor
     reader.composer.warn_double_anchors = False
