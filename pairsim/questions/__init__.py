@@ -1,1 +1,1 @@
-"""What pairsim can compute of one case, a file a question; nothing outside a file names it (`registry.py`)."""
+"""The questions that pairsim answers about one case, a file or folder for each; `registry.py` finds them."""

@@ -1,4 +1,4 @@
-"""Compute one case: what `pairsim.run` and the functions of all other questions do."""
+"""The computation of one case, which is what `pairsim.run` and the functions of all other questions do."""
 
 from __future__ import annotations
 
@@ -26,18 +26,21 @@ from pairsim.runtime.locks import command_line
 from pairsim.runtime.signals import Signals
 
 Folder = str | PathLike[str]
-# Processor time without any result after which a command ends where no budget is given [s]; in proportion to the
-# unknowns of a large case. The longest proof that there is no steady state among fifty scenes took a wall time of 200 s
-# on a busy machine; chosen.
+# Processor time without any result after which a command ends if no budget is given [s]; for large cases it grows in
+# proportion to the unknowns. Chosen: among fifty scenes, the longest proof that there is no steady state took a wall
+# time of 200 s on a busy machine.
 PATIENCE = 240.0
 ONE_AT_A_TIME = RLock()
-"""Held by the thread that computes: PETSc, MUMPS and gmsh know one thread of a process."""
+"""Held by the thread that computes: PETSc, MUMPS and gmsh must be used by one thread of a process at a time."""
 
 
 class Computation[R: Result]:
     """The Python function of a question, such as `pairsim.run`.
 
-    Among `files` it looks for what a case is for. `answers` is whether it shows the answer after the progress.
+    Args:
+        question: The question.
+        files: The kinds of files among which to look for the right one, if a case is not one of this question.
+        answers: Whether the answer is shown after the progress.
     """
 
     def __init__(self, question: Question[Any], files: Files | None = None, *, answers: bool = True) -> None:
@@ -58,27 +61,27 @@ class Computation[R: Result]:
         executor: Executor | None = None,
         **more: Any,
     ) -> R:
-        """Compute a case; a call from a second thread waits for the first one's end.
+        """Compute a case; a call from a second thread waits until the first one has ended.
 
         Args:
             case: Path of a case file, a dict of its keys, or a case from `load`; without it `more` are its keys.
-            folder: Where the files of the command go. None: a temporary folder that goes with the result.
+            folder: Folder for the files of the command; None for a temporary one, which is removed with the result.
             overwrite: Replace earlier results in the folder.
             progress: Show progress on stderr, and the answer.
-            signals: End in order at SIGINT, SIGTERM and SIGHUP, as the command line does: True, or a
-                `pairsim.runtime.signals.Signals` that the caller has entered. Without it no signal handler is
+            signals: Stop at SIGINT, SIGTERM and SIGHUP and keep what was computed, as the command line does: True, or a
+                `pairsim.runtime.signals.Signals` that the caller has entered. By default no signal handler is
                 installed; a KeyboardInterrupt ends the computation, and what was computed until then is returned.
             budget: Largest wall time, such as "10min"; what is known by then is kept.
-            workers: Number of processes that share the work on the case, of all questions but `run`. Results depend on
-                it within their errors, and need not be equal to the last digit.
-            executor: Has the processes beside this one started: an executor of `concurrent.futures` on this machine,
-                such as that of a Dask client. By default threads do.
-            more: Keys to replace, as for `load`; and what the command alone has: `resume=True` of `run` continues from
-                the folder's checkpoint, or begins where there is none; `sensitivities=True` of `curve` adds the
+            workers: Number of processes that share the work on the case, except for `run`. Results with different
+                numbers agree within their errors, but need not be equal to the last digit.
+            executor: Starts the processes beside this one: an executor of `concurrent.futures` on this machine, such as
+                that of a Dask client. By default threads do.
+            more: Keys to replace, as for `load`, and options of single questions: `resume=True` of `run` continues from
+                the folder's checkpoint, or begins if there is none; `sensitivities=True` of `curve` adds the
                 derivatives of dU with respect to Ca_e, De, xi and beta.
 
         Returns:
-            The result, also if the computation failed or was interrupted: see its `status`, or call its `check`.
+            The result, even if the computation failed or was interrupted: see its `status`, or call its `check`.
 
         Raises:
             InputError: The case or the folder cannot be used.
@@ -94,7 +97,7 @@ class Computation[R: Result]:
         """The processes that share the work.
 
         Raises:
-            InputError: There are none, or the question is one that is not shared.
+            InputError: Their number is not valid, or the work on this question cannot be shared.
         """
         source = f"pairsim.{self.__name__}"
         if count != 1 and not self.question.shared:
@@ -116,7 +119,7 @@ class Computation[R: Result]:
         workers: Workers,
         more: dict[str, Any],
     ) -> R:
-        """Compute a case; arguments as for `__call__`, with `more` as one of them."""
+        """Compute a case; arguments as for `__call__`, with `more` as a dict."""
         import pairsim.runtime.fenicsx  # noqa: F401  # before everything else that loads MPI or is compiled
 
         # isort: split

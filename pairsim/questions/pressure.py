@@ -44,7 +44,7 @@ COLUMNS = Columns(CA_E, DP_PLUS, DP_PLUS_ERROR, DP_PLUS_CORRECTION, CORRECTED, U
 TABLE = Columns(COLUMNS, STEADY)
 
 GOALS = (goals.DP_PLUS, goals.U)
-"""What pressure drops are computed for."""
+"""The goals to whose errors meshes are adapted, and of which half-widths are written."""
 
 
 class PressureCase(AlongCase):
@@ -57,7 +57,7 @@ class PressureResult(Result):
     """Extra pressure drops. `table` is pressure.csv, with a row for each Ca_e."""
 
     def findings(self) -> list[str]:
-        """How much the particle adds to the pressure drop, and how much its deformation changes of that."""
+        """How much the particle adds to the pressure drop, at the least and at the largest Ca_e."""
         if not self.columns.rows:
             return ["No pressure drop was found."]
         Ca_e, dp, error = (self.columns[column] for column in (CA_E, DP_PLUS, DP_PLUS_ERROR))

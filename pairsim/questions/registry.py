@@ -1,6 +1,6 @@
 """The questions: every file or folder beside this one that has a record `QUESTION`.
 
-A file is imported when its question is asked for. The names and what each computes are read from the files.
+A file is imported only when its question is needed. Names and first lines are read from the text of the files.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ if TYPE_CHECKING:
 
 FILES = ("[a-z]*.py", "[a-z]*/__init__.py")
 RECORD = "\nQUESTION = "
-"""What tells the file of a question from others."""
+"""The text by which the file of a question is recognised."""
 ORDER = ("run", "curve", "critical")  # the questions that come first in lists; others follow by name
 
 
 def _first_lines() -> dict[str, str]:
-    """The first line of the file of each question by its name: what it computes."""
+    """The first line of the file of each question, which says what it computes, by the name of the question."""
     found = dict[str, str]()
     for file in (file for folder in map(Path, folders) for part in FILES for file in folder.glob(part)):
         text = file.read_text(encoding="utf-8")

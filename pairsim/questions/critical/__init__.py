@@ -64,14 +64,14 @@ if TYPE_CHECKING:
     from pairsim.runtime.monitor import Monitor
 
 IN_RESULTS = {"zeros": D_CR, "stable": STABLE}
-"""What results.csv of a sweep has of a case, by name: columns of critical.csv."""
+"""Columns of critical.csv that results.csv of a sweep contains, by their names there."""
 U = Column("U", "U", "velocity of the pair", VELOCITY)
 CRITICAL_COLUMNS = Columns(
     *(CA_E, DE, D_CR, STABLE, KIND, BRANCH, SLOPE, U, TAYLOR, DP, DP_PLUS),
     *(NEWTON, DU_CORRECTION, CORRECTED, DU_ERROR, ENDS_ERROR, D_ERROR, PARAMETER_ERROR),
 )
 """The columns that critical.csv begins with."""
-MOST_LISTED = 4  # number of followed values up to which an answer lists the zeros at each; chosen
+MOST_LISTED = 4  # number of followed values up to which an answer lists the zeros at every value; chosen
 
 
 class EndOfBranch(TypedDict):
@@ -86,7 +86,7 @@ ENDS = Entry[list[EndOfBranch]]("ends", "where each branch of critical distances
 
 
 def _check_along(case: CriticalCase) -> str:
-    """What `along` must be."""
+    """What `along` must be, or "" if it is right."""
     if case.along is None:
         return ""
     if len(case.along) != 1:
@@ -131,7 +131,7 @@ class CriticalCase(SceneCase):
 
     @property
     def followed(self) -> FollowedKey | None:
-        """What critical distances are followed over; None where the values of the case alone are asked for."""
+        """The key over which critical distances are followed; None if those of the case alone are asked for."""
         return None if self.along is None else FollowedKey.of(self, *next(iter(self.along.items())))
 
     @property
@@ -142,7 +142,7 @@ class CriticalCase(SceneCase):
 
 
 def estimate(case: CriticalCase) -> Estimate:
-    """Size and duration of critical distances: a search for zeros, then two branches over all values."""
+    """Size and duration: those of a search for zeros, and then of two branches over all values."""
     values = len(next(iter(case.along.values()))) if case.along else 1
     return steady_estimate(case, 15 + 4 * values)
 
@@ -155,7 +155,7 @@ def solve(case: CriticalCase, *, monitor: Monitor, workers: Workers) -> Events:
 
 
 def answer_of_critical(zeros: Sequence[Zero], record: Record) -> list[str]:
-    """The answer of a search that has found critical distances."""
+    """The answer, in words, of a search that has found critical distances."""
     lines = []
     scales = record.scales
     for stable, meaning in ((False, "closer pairs come together, wider ones separate"), (True, "pairs come to rest")):
@@ -164,12 +164,12 @@ def answer_of_critical(zeros: Sequence[Zero], record: Record) -> list[str]:
             kind, ends = found[0].kind, found[:: max(len(found) - 1, 1)]
             where = f"d = {' to '.join(in_unit(scales, LENGTH, zero.d, zero.error) for zero in ends)}"
             lines.append(f"{len(found)} {kind} critical distance{'s' * (len(found) > 1)}, {where}: {meaning}.")
-    early = [end for end in ENDS.of(record) or () if end.get("reason") != "range"]  # else it goes on to the last value
+    early = [end for end in ENDS.of(record) or () if end.get("reason") != "range"]  # the others reach the last value
     return [*lines, *(f"A line of critical distances ends: {end['message']}." for end in early)]
 
 
 def read(tables: Tables, record: Record) -> dict[str, Value]:
-    """The values of a case in results.csv; zeros and what belongs to them are lists in the order of critical.csv."""
+    """The values of a case in results.csv; those of zeros are lists, in the order of critical.csv."""
     table = tables["critical"]
     wanted = table[KIND] == "wanted"
     return {"points": table.rows, **{name: table[of][wanted].tolist() for name, of in IN_RESULTS.items()}}
@@ -180,12 +180,12 @@ class CriticalResult(Result):
 
     @property
     def ends(self) -> list[EndOfBranch]:
-        """For each end of a branch: where it is, and why the branch ends there."""
+        """Where each branch of critical distances ends, and why."""
         return list(ENDS.of(self.record) or ())
 
     @property
     def followed(self) -> FollowedKey | None:
-        """What critical distances were followed over, if its values have no column of their own as Ca_e and De have."""
+        """The key that was followed; None if there is none, or if its values have their own column, as Ca_e and De."""
         return cast("CriticalCase", self.case).followed if self.columns.has(FOLLOWED) else None
 
     def scales_of_rows(self, table: Table, scales: Scales) -> list[Scales]:
@@ -204,13 +204,13 @@ class CriticalResult(Result):
             return ["No critical distance was found in the given range: dU keeps its sign."]
         from pairsim.analysis.zeros import zeros_in  # loads numpy
 
-        asked = table[KIND] == "wanted"  # at the values of the case, not where a line bends between them
+        asked = table[KIND] == "wanted"  # at the values of the case, not at points of a line between them
         shown = table.where(asked) if asked.any() else table
         lines = answer_of_critical(zeros_in(shown, D_CR), self.record)
         return lines if self.followed is None else [*lines, self._by_value(self.followed, shown)]
 
     def _by_value(self, followed: FollowedKey, table: Table) -> str:
-        """The critical distances at the values that are followed: at each of a few, or at both ends."""
+        """The critical distances at the followed values, in words: at all if they are few, else at both ends."""
         from pairsim.analysis.zeros import zeros_in
 
         values = [value for value in followed.values if (table[FOLLOWED] == value).any()]

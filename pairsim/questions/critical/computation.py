@@ -1,4 +1,4 @@
-"""The computation of critical distances: the search for zeros of dU, and following them over a parameter."""
+"""The computation of critical distances: the search for zeros of dU, and their continuation over a parameter."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def computation(case: CriticalCase, monitor: Monitor, workers: Workers) -> event
         region = Region(Followed(followed.materials), followed.values, least, most)
     start = start_of(case, None if region is None else region.values[0])
     count = len(region.values) if region is not None else 1
-    # Expected results: a zero at each value, and those of other lines, for which a last search looks at the last value.
+    # Expected results: a zero at each value, and those of other lines, which a last search at the last value may find.
     goal = Message("zeros of dU from d = {} to d = {}", LENGTH(least, "g"), LENGTH(most, "g"))
     yield events.Begin(goal, count + 1)
     found = Solutions(case, (CRITICAL,))
@@ -103,7 +103,7 @@ def computation(case: CriticalCase, monitor: Monitor, workers: Workers) -> event
 
 
 def start_of(case: CriticalCase, value: float | None) -> Parameters:
-    """The parameters at the largest distance, and at a value of what is followed, if anything is."""
+    """The parameters at the largest distance, and at a value of the followed key; None without such a key."""
     start = Parameters((case.d[1],), case.solid_models, case.liquid_model)
     if (followed := case.followed) is None or value is None:
         return start
@@ -113,7 +113,10 @@ def start_of(case: CriticalCase, value: float | None) -> Parameters:
 def solve_part(
     case: CriticalCase, value: float | None, places: Sequence[Distances], desk: Desk
 ) -> Iterator[FoundAt[Distances, Point] | tuple[str, BranchReport]]:
-    """Solve for points of a curve that is searched for zeros, in the process of a worker."""
+    """Solve for points of a curve that is searched for zeros, in the process of a worker.
+
+    `value` is that of the followed key; None without such a key.
+    """
     found, start = desk.kept(partial(Solutions, case, (CRITICAL,))), start_of(case, value)
     problem = steady_problem(case, case.d[0], desk.monitor)
 
@@ -125,13 +128,13 @@ def solve_part(
 
 
 class Search:
-    """The state of a search for critical distances, which makes events of what the solver finds.
+    """The state of a search for critical distances, which turns what the solver finds into events.
 
     Attributes:
         wanted: Solutions at requested values.
-        further: The column `FOLLOWED`, if the values of the followed key have no column of their own.
+        further: The name of the column `FOLLOWED`, if the values of the followed key have no column of their own.
         branches: Numbers of the branches.
-        errors: Errors of parameters where two zeros meet, relative to them.
+        errors: Relative errors of the parameter at folds, where two zeros meet.
         ends: Where branches end.
         warnings: Warnings about the results.
     """
@@ -153,7 +156,7 @@ class Search:
         return self._progress(Message("search: d = {}  dU = {}", d, dU))
 
     def events_of_zero(self, critical: Critical) -> Iterator[events.Event]:
-        """Take in a critical distance; yields its row and the progress."""
+        """Record a critical distance; yields its row and the progress."""
 
         point, place = critical.point, critical.point.parameters
         self.branches.add(critical.branch)
@@ -170,7 +173,7 @@ class Search:
         yield self._progress(Message("{}  d_cr = {}  {}", where, LENGTH(point.d, ".5f"), critical.kind))
 
     def events_of_end(self, end: EndOfLine) -> Iterator[events.Event]:
-        """Take in the end of a branch; yields a note on it, unless it is the last value."""
+        """Record the end of a branch; yields a note on it, unless the branch has reached the last value."""
         self.ends.append({"branch": end.branch, "reason": end.reason, "message": end.message})
         if end.reason != "range":
             yield events.Note(Message("the critical distances of branch {} end: {}", end.branch, end.message))
@@ -181,7 +184,7 @@ class Search:
 
 
 def critical_row(critical: Critical) -> dict[str, float | str | None]:
-    """The row of a critical distance. Where two zeros meet, the slope vanishes, and the parameter has the error."""
+    """The row of a critical distance. At a fold the slope vanishes, and the error is that of the parameter."""
     point, of_point = critical.point, point_row(critical.point)
     place, slope, change = point.parameters, point.slope_at_rest, critical.by_parameter
     return {

@@ -75,7 +75,7 @@ AFTER = Entry[float]("after", "of a curve from rest, a quarter of the time after
 
 
 def _check_d(case: CurveCase) -> Iterator[Mistake]:
-    """Yield the mistake of distances that are not those of the gaps, or not what a curve from rest takes."""
+    """Yield the mistake of distances that do not fit the number of gaps, or that a curve from rest cannot have."""
     gaps, given = case.n - 1, case.d or ()
     lists = [list(place) for place in given if isinstance(place, tuple)]
     numbers = [place for place in given if isinstance(place, float)]
@@ -105,7 +105,7 @@ def _check_fields(case: CurveCase) -> Iterator[Mistake]:
 
 
 def _check_velocity(case: CurveCase) -> str:
-    """What the velocity of the particles must be."""
+    """What the velocity of the particles must be, or "" if it is right."""
     if case.velocity is None:
         return ""
     if case.after is not None:
@@ -119,7 +119,7 @@ def _check_after(case: CurveCase) -> str:
 
 
 def _check_flow(case: CurveCase) -> str:
-    """What the flow must be."""
+    """What the flow must be, or "" if it is right."""
     if case.flow:
         return ""
     if not case.velocity:
@@ -189,7 +189,7 @@ class CurveCase(OffAxisCase, SpreadCase):
 
     @property
     def varied(self) -> int | None:
-        """The gap whose distance alone varies, None if there is none."""
+        """The index of the only gap whose distance varies, which is given as a range; None if there is no range."""
         return next((i for i, d in enumerate(self.d or ()) if isinstance(d, Range)), None)
 
     @property
@@ -228,12 +228,16 @@ class CurveCase(OffAxisCase, SpreadCase):
 
     @property
     def common(self) -> bool:
-        """Whether all gaps have the same distance at every point, or one alone varies: the result is a curve over d."""
+        """Whether all gaps have the same distance at every point, or only one varies: the result is a curve over d."""
         return self.varied is not None or (self.n > 1 and all(len(set(place)) == 1 for place in self.places))
 
     @property
     def in_order(self) -> list[tuple[float, ...]]:
-        """The distances in the order of solution: from the largest down, where the first is easiest to find."""
+        """The distances in the order of solution, a tuple with one value for each gap.
+
+        A curve begins at its largest distance, where a first solution is easiest to find; other distances are solved in
+        the order of the file.
+        """
         if self.common:
             start = Parameters(self.places[0], (), varied=self.varied)
             wanted = {place[self.varied or 0] for place in self.places} | set(self.fields)
@@ -251,7 +255,7 @@ def check(case: CurveCase) -> Iterator[Mistake]:
 
 
 def estimate(case: CurveCase) -> Estimate:
-    """Size and duration of a master curve: the points between those requested, and a third more where dU is curved."""
+    """Size and duration of a master curve: points requested, points between these, and a third more where dU bends."""
     points = len(case.places)
     if case.after is not None:
         from pairsim.questions.curve.from_rest import estimate_from_rest
@@ -303,7 +307,7 @@ QUESTION = Question(
     draw=draw,
     captions={"curve": "Relative velocity and shapes over distance"},
     frames="d",
-    draws_from=2,  # one point is no line, and matplotlib takes as long as a point
+    draws_from=2,  # one point is no line, and loading matplotlib takes as long as solving for a point
     shared=True,
     flags=(Flag("sensitivities", "Add the derivatives of dU with respect to Ca_e, De, xi and beta."),),
     examples="Examples: pairsim curve configs/curve.yaml | pairsim curve case.yaml -o out --sensitivities "

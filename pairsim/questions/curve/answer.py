@@ -36,12 +36,15 @@ from pairsim.runtime.arrays import Array
 from pairsim.solvers.curves.interpolant import Region
 
 SLIGHT = 1e-3  # difference of two diameters, over their mean, that no camera sees
-FLAT = 0.5  # half-width of the place of the largest |dU|, over it, from which on it is hardly a place; chosen
-FAR = 1.2  # ratio of distances from which on it is told where a start is forgotten; chosen
+FLAT = 0.5  # relative half-width of the d of the largest |dU| above which this d hardly means anything; chosen
+FAR = 1.2  # ratio of the d at which a start is forgotten to the d of the start, above which it is mentioned; chosen
 
 
 def answer_of_curve(curve: Curve, difference: str = "") -> list[str]:
-    """The answer of a master curve with at least one point; `difference` is by how much the beads of a pair differ."""
+    """The answer of a master curve with at least one point.
+
+    `difference` says by how much the beads of a pair differ; "" if they do not.
+    """
     if not curve.gaps:
         return _of_one_particle(curve)
     if curve.table.suffixes(F):
@@ -68,7 +71,7 @@ def _of_one_particle(curve: Curve) -> list[str]:
 
 
 def _forces(curve: Curve) -> list[str]:
-    """The least and the largest force on each of several particles that are moved; their dU is given."""
+    """The least and the largest force on each of several moved particles, whose dU is prescribed."""
     table, scales, lines = curve.table, curve.scales, list[str]()
     for suffix in table.suffixes(F):
         forces, errors = table.of(F, suffix), table.of(F_ERROR, suffix)
@@ -81,7 +84,7 @@ def _forces(curve: Curve) -> list[str]:
 
 
 def _of_pair(curve: Curve, difference: str) -> list[str]:
-    """Where a pair separates and comes closer, what a start changes of it, and what the inputs do."""
+    """Where a pair separates and comes closer, and how its start, the inputs and differing beads change this."""
     regions, held = curve.regions, curve.arrested
     met = {a.stop for a, b in pairwise(regions) if a.sign * b.sign < 0}
     zeros = [zero for zero in curve.zeros if zero.d in met]
@@ -154,7 +157,7 @@ def _motion_over_d(
 
 
 def _with_inputs(curve: Curve, zeros: Sequence[Zero]) -> list[str]:
-    """What the half-widths of the inputs do to dU and its zeros, and the sensitivities at the largest |dU|."""
+    """How the half-widths of the inputs change dU and its zeros, and the sensitivities at the largest |dU|."""
     scales, inputs = curve.scales, curve.record.inputs
     if scales is None or not curve.table.has(BY_BETA) or not curve.table[DU].any():
         return []
@@ -168,7 +171,7 @@ def _with_inputs(curve: Curve, zeros: Sequence[Zero]) -> list[str]:
 
 
 def _of_unequal(curve: Curve) -> list[str]:
-    """What a difference of the diameters does to dU, where the case says nothing of it."""
+    """How a difference of the diameters would change dU, if the case does not specify this difference."""
     inputs = {each.key: each.half_width for each in curve.record.inputs}
     if curve.by_difference is None or DIFFERENCE.key in inputs or curve.unequal is not None:
         return []
@@ -184,7 +187,7 @@ def _of_unequal(curve: Curve) -> list[str]:
 
 
 def _of_differing(curve: Curve, difference: str) -> list[str]:
-    """By how much two beads differ, and what a further difference of the diameters does to dU."""
+    """By how much two beads differ, and how a further difference of the diameters would change dU."""
     if curve.by_difference is None:
         return [f"{difference}."]
     d, scales = curve.peak.d, curve.scales
@@ -195,7 +198,7 @@ def _of_differing(curve: Curve, difference: str) -> list[str]:
 
 
 def _of_spread(curve: Curve) -> list[str]:
-    """What particles that differ do: dU of pairs, which part of them meets, and what decides that."""
+    """The effect of a spread of the particles: on dU of pairs, on the fraction that meets, and what decides this."""
     unequal, scales = curve.unequal, curve.scales
     spread = Spread.of(curve.record)
     if spread is None:
@@ -243,14 +246,14 @@ def _in_draws(drawn: DrawnRange, d: float, zeros: Sequence[Zero], scales: Scales
 
 
 def _to_first_order(curve: Curve, zeros: Sequence[Zero], scales: Scales) -> list[str]:
-    """What the half-width of each input adds to those of dU and its zeros, to first order.
+    """What the half-width of each input adds to the half-widths of dU and its zeros, to first order.
 
-    Where there are draws of the inputs these have the total, and only the parts of dU are listed.
+    If there are draws of the inputs, these give the total, and only the contributions to dU are listed.
     """
     inputs, peak, drawn = curve.by_inputs, curve.peak, curve.drawn
 
     def added(d: float, unit: Kind, per_dU: float) -> str:
-        """The parts of the inputs at a distance, the largest first, times what dU is multiplied by."""
+        """The contributions of the inputs at a distance, the largest first; those to dU are multiplied by `per_dU`."""
         here = {key: abs(float(change)) * per_dU for key, change in inputs.dU_at(d).items()}
         each = ", ".join(f"{key} {half:.2g}" for key, half in sorted(here.items(), key=lambda item: -item[1]))
         return f"+- {together(here.values()):.2g} {unit.physical} ({each})"
@@ -275,7 +278,7 @@ def _to_first_order(curve: Curve, zeros: Sequence[Zero], scales: Scales) -> list
 
 
 def _left_open(curve: Curve, zeros: Sequence[Zero], scales: Scales) -> list[str]:
-    """Where dU is larger than its half-width, but not than that of the inputs; away from zeros, which have theirs."""
+    """Where, away from zeros, dU exceeds its own half-width but not that due to the inputs."""
     regions = [region for region in curve.regions if region.sign and region.stop > region.start]
     if not (curve.by_inputs.known or curve.drawn) or not regions:
         return []
@@ -300,7 +303,7 @@ def _left_open(curve: Curve, zeros: Sequence[Zero], scales: Scales) -> list[str]
 
 
 def _held(curve: Curve) -> list[str]:
-    """What dU at held distances is for, where it differs from dU by more than its half-width."""
+    """What dU_held means, if it differs from dU by more than the half-width at any distance."""
     table, scales = curve.table, curve.scales
     apart = np.abs(table[DU_HELD] - table[DU])
     if not len(far := np.flatnonzero(apart > table[DU_ERROR])):
@@ -316,7 +319,7 @@ def _held(curve: Curve) -> list[str]:
 
 
 def _starts(curve: Curve) -> list[str]:
-    """At which distance pairs that start at an end of the curve begin to follow it, where that is far from the end."""
+    """From which distance on pairs that start at an end of the curve follow it, if this is far from the end."""
     lines, scales = [], curve.scales
     for end, sign in ((0, 1), (-1, -1)):
         d, dU, held = (float(curve.table[column][end]) for column in (DISTANCE, DU, DU_HELD))

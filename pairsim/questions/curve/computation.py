@@ -1,4 +1,4 @@
-"""The points of a master curve, its zeros, and what run.json says at the end."""
+"""The computation of a master curve: its points, its zeros, and the entries of run.json at the end."""
 
 from __future__ import annotations
 
@@ -102,12 +102,12 @@ def computation(case: CurveCase, monitor: Monitor, workers: Workers, sensitiviti
 
 
 def _columns(case: CurveCase, parameters: Sequence[str]) -> list[str]:
-    """The columns of curve.csv: a curve over one distance in common has slopes, moved particles have forces."""
+    """The columns of curve.csv: all that it may have, without those that do not apply to this case."""
     left_out: set[Column] = {DU_HALF, DU_QUARTER}  # of curves from rest
     left_out |= {column for name, column in SENSITIVITIES.items() if name not in parameters}
     left_out |= set() if case.common else {SLOPE}
     left_out |= set() if case.velocity is not None else {*FORCES}
-    left_out |= set() if case.n == 1 and any(case.Ca_es) else {TAYLOR_ERROR}  # known of a single soft particle
+    left_out |= set() if case.n == 1 and any(case.Ca_es) else {TAYLOR_ERROR}  # estimated of a single soft particle only
     left_out |= set() if case.liquid_model.modes else {*POLYMER_HEALTH}
     left_out |= set() if case.liquid_model.regularisation else {*YIELD_HEALTH}
     return names_of(case.n, *(column for column in QUESTION.tables["curve"] if column not in left_out))
@@ -136,7 +136,7 @@ def _shown(point: Point, count: int) -> Message:
 def _zeros(
     branch: Branch, points: list[Point], early: EarlyZeros
 ) -> Generator[events.Event, None, Sequence[Equilibrium] | Ended]:
-    """Find the zeros of the curve of a pair; those found before an end or a failure are written, too."""
+    """Find the zeros of the curve of a pair; those found before the branch ends or a failure are written, too."""
     zeros, ended = list[Zero](), None
     failure: RunFailure | None = None
     try:
@@ -171,7 +171,7 @@ def _off_axis(
 
 
 def _end(case: CurveCase, found: Solutions, remarks: Sequence[Text]) -> Iterator[events.Event]:
-    """The last events: what run.json says and, where the branch ends early, the fields of its last solution."""
+    """The last events: the summary for run.json and, if the branch ended early, the fields of its last solution."""
     points, warnings = found.points, list[Text]()
     if found.report is not None and points and dU in found.goals:
         curve = Curve.of_points(points)
@@ -190,9 +190,9 @@ def _end(case: CurveCase, found: Solutions, remarks: Sequence[Text]) -> Iterator
 
 
 def _far_apart(case: CurveCase, curves: Sequence[CurveInterpolant], size: float) -> list[Text]:
-    """Warn of points so far apart that the interpolation error of dU exceeds `accuracy` and the errors at the points.
+    """Warn if between two points the interpolation error of dU exceeds both `accuracy` and the errors at the points.
 
-    There is a curve for every gap; `size` is the largest |dU| [U_av].
+    `curves` has a curve for each gap; `size` is the largest |dU| [U_av].
     """
     if not curves:
         return []

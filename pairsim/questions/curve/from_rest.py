@@ -24,11 +24,11 @@ from pairsim.runtime.message import Message
 from pairsim.runtime.monitor import Monitor
 from pairsim.runtime.text import counted
 
-EARLIER = {DU_QUARTER: 0.25, DU_HALF: 0.5}  # the columns of dU at parts of the time
+EARLIER = {DU_QUARTER: 0.25, DU_HALF: 0.5}  # the columns of dU at these fractions of the end time
 
 
 def run_at(case: CurveCase, place: tuple[float, ...]) -> Case:
-    """The run from rest in which the particles are held at one of the distances of a curve."""
+    """The run from rest in which the particles are held at one place of a curve: its distances [D_c], N-1 values."""
     assert case.after is not None
     shared = {key: getattr(case, key) for key in case.model_fields_set & Case.model_fields.keys()}
     end = 4 * case.after
@@ -38,12 +38,12 @@ def run_at(case: CurveCase, place: tuple[float, ...]) -> Case:
 
 
 def estimate_from_rest(case: CurveCase, points: int) -> Estimate:
-    """Size and duration of a curve from rest with some points."""
+    """Size and duration of a curve from rest with this number of points."""
     return estimate(run_at(case, case.places[0]), points)
 
 
 def from_rest(case: CurveCase, monitor: Monitor, workers: Workers) -> events.Events:
-    """Compute a curve from rest; each distance is a part of its own."""
+    """Compute a curve from rest; each distance is computed on its own, by any of the workers."""
     places, found, summaries = case.in_order, dict[int, dict[str, Any]](), list[events.Summary]()
     distances, end = counted(len(places), "distance"), TIME(4 * (case.after or 0), "g")
     yield events.Begin(Message("{}, at each from rest to t = {}", distances, end), len(places))
@@ -72,7 +72,7 @@ def from_rest(case: CurveCase, monitor: Monitor, workers: Workers) -> events.Eve
 def _solve_at(
     case: CurveCase, place: tuple[float, ...], desk: Desk
 ) -> Iterator[events.Progress | events.Summary | events.Row]:
-    """Solve at one of the distances; yields how far its run is, as a part of 1, and at last the row of the curve."""
+    """Solve at one place; yields the progress of its run from 0 to 1, its summary, and last the row of the curve."""
     from pairsim.questions.run.computation import Run
 
     run, series = run_at(case, place), list[Any]()
@@ -89,7 +89,7 @@ def _solve_at(
 
 
 def _row(series: list[dict[str, float]], n: int) -> dict[str, float]:
-    """The last row of a run of n particles, and dU at parts of its time."""
+    """The last row of a run of n particles, with the columns in `EARLIER`, whose values are interpolated in time."""
     row, times = {**series[-1]}, np.array([each[T.name] for each in series])
     for column, part in EARLIER.items():
         for own, dU in zip(column.named(n), DU.named(n), strict=True):

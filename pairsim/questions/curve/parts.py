@@ -1,4 +1,4 @@
-"""Points of a master curve, whichever process solves for them."""
+"""Solution of the points of a master curve, in the main process and in those of workers."""
 
 from __future__ import annotations
 
@@ -29,11 +29,15 @@ from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.steady.ends import Ended
 from pairsim.solvers.steady.scene import SteadySolver
 
-OF_ZEROS = 2.0  # points that a zero takes as long as: it has readings on meshes of its own; measured
+OF_ZEROS = 2.0  # number of points that take as long as a zero, which is also solved on meshes of its own; measured
 
 
 def parameters_of(case: CurveCase, sensitivities: bool) -> list[str]:
-    """The parameters by which dU is differentiated: all, or in an experiment the difference of the diameters alone."""
+    """The parameters by which dU is differentiated.
+
+    They are all parameters if sensitivities are asked for or an input has a half-width; otherwise those that a spread
+    of the particles needs and, for a pair in an experiment, the difference of the diameters.
+    """
     of_pair, of_spread = case.n == 2 and case.velocity is None, list[str]()
     if case.spread:
         of_spread = ["Ca_e", STIFFNESS] * bool(case.spread.modulus) + ["beta"] * bool(case.spread.diameter)
@@ -48,7 +52,7 @@ def parameters_of(case: CurveCase, sensitivities: bool) -> list[str]:
 
 
 def goals_of(case: CurveCase) -> Sequence[Goal]:
-    """What a curve is computed for."""
+    """The goals for which a curve is computed."""
     if case.velocity is not None:
         return (F, DP_PLUS)
     if case.n > 1:
@@ -59,7 +63,7 @@ def goals_of(case: CurveCase) -> Sequence[Goal]:
 def begun(
     case: CurveCase, found: Solutions, first: Distances, monitor: Monitor, sensitivities: Sequence[str]
 ) -> AdaptiveBranch | Ended:
-    """The branch of a curve, at its first distances; the cells are those of the whole curve in each process."""
+    """The branch of a curve at its first distances, or why there is none; cells are chosen for the whole curve."""
     narrowest = min((d for place in case.in_order for d in place), default=math.inf)
     problem = steady_problem(case, narrowest, monitor)
     return found.begin(problem, start_of(case, first), places=case.in_order, sensitivities=sensitivities)
@@ -72,11 +76,11 @@ def start_of(case: CurveCase, place: Distances) -> Parameters:
 
 @dataclass(frozen=True)
 class ReadOff:
-    """What results have of a solution beside its `Point`.
+    """What the results contain of a solution beside its `Point`.
 
     Attributes:
-        own: The values of own columns of the table.
-        frame: Its fields, where these are asked for.
+        own: The values of the columns that the question declares itself (`Columns.own`), by name.
+        frame: The fields; None unless they are requested at this distance.
     """
 
     own: dict[str, Any]
@@ -84,7 +88,7 @@ class ReadOff:
 
 
 def read_off(case: CurveCase, point: Point, solver: SteadySolver) -> ReadOff:
-    """What results have of the present solution of a solver, whose point is given."""
+    """What the results contain of the present solution of a solver beside its point, which is given."""
     asked = any(abs(point.d - d) < 1e-9 * d for d in case.fields)
     own = QUESTION.tables["curve"].own_row(case.n, Found(point, solver))
     return ReadOff(own, steady_frame(point.d, solver) if asked else None)
@@ -93,7 +97,10 @@ def read_off(case: CurveCase, point: Point, solver: SteadySolver) -> ReadOff:
 def solve_part(
     case: CurveCase, sensitivities: Sequence[str], places: Sequence[Distances], desk: Desk
 ) -> Iterator[FoundAt[Distances, tuple[Point, ReadOff]] | tuple[str, BranchReport]]:
-    """Solve at some of the places of a curve, in another process, which finds its first scene and cells itself."""
+    """Solve at some places of a curve in another process, which finds its own first solution and cells.
+
+    Yields what is found at each place, and reports on the branch with the name of the process.
+    """
     found = desk.kept(partial(Solutions, case, goals_of(case)))
 
     def at(branch: AdaptiveBranch, place: Distances) -> tuple[Point, ReadOff] | Ended:
@@ -104,13 +111,13 @@ def solve_part(
 
 
 class Others:
-    """The workers that solve for points of a curve; without workers nobody does.
+    """The workers that solve for points of a curve beside the main process, if there are any.
 
     Args:
         case: The case.
         workers: The workers.
         monitor: The monitor of the case.
-        found: Takes what they say of their branches.
+        found: Receives the reports on their branches.
         sensitivities: Parameters by which dU is differentiated.
     """
 
@@ -124,22 +131,22 @@ class Others:
         self._read = dict[int, tuple[Point, ReadOff]]()
 
     def begin(self, places: Sequence[Distances]) -> None:
-        """Give the first places away, while this process looks for its first solution."""
+        """Share out the first places, so that workers begin while this process looks for its first solution."""
         self._first = self._shared.share(places, OF_ZEROS if self._case.of_free_pairs else 0.0)
 
     def share(self, places: Sequence[Distances]) -> Sequence[Distances]:
-        """Give places to workers; returns those that are left to this process."""
+        """Share places out to the workers; returns those that this process must solve itself."""
         if self._first is not None:
             first, self._first = self._first, None
             return first
         return self._shared.share(sorted(places, reverse=True)) if self._shared.shares else places
 
     def come(self) -> Iterator[tuple[Distances, Point]]:
-        """Yield the places and points that they have found since this was asked last."""
+        """Yield the places and points that the workers have found since the last call."""
         return self._points(self._shared.come())
 
     def rest(self, meanwhile: Callable[[], bool]) -> Iterator[tuple[Distances, Point]]:
-        """Yield the places and points that they find until all have ended; `meanwhile` as for `Shared.rest`."""
+        """Yield the places and points that the workers find until all have ended; `meanwhile` as for `Shared.rest`."""
         return self._points(self._shared.rest(meanwhile))
 
     def _points(self, found: Iterator[tuple[Distances, tuple[Point, ReadOff]]]) -> Iterator[tuple[Distances, Point]]:
@@ -148,10 +155,10 @@ class Others:
             yield place, point
 
     def of(self, point: Point) -> ReadOff | None:
-        """What a worker has read off the solution of a point; None if this process has found it."""
+        """What a worker has read off the solution of a point; None if the point was solved in this process."""
         _, read = self._read.pop(id(point), (None, None))
         return read
 
     def notes(self) -> Iterator[events.Note]:
-        """Yield what is to be said of workers."""
+        """Yield notes about workers, such as one that has ended early."""
         return told(self._shared)

@@ -1,4 +1,4 @@
-"""What a master curve has found: its result in Python, and its row in the results of a sweep."""
+"""The result of a master curve in Python, and its row in the results of a sweep."""
 
 from __future__ import annotations
 
@@ -27,10 +27,11 @@ FORCE = names_of(1, *FORCES)  # columns of the only point of a single particle t
 
 
 def result_columns(case: CurveCase) -> tuple[str, ...]:
-    """Points, zeros, and by gap the largest |dU| with its distance and errors; the force on a single moved particle.
+    """The columns of results.csv: points, zeros, and for each gap the largest |dU| with its distance and errors.
 
-    Of a pair whose inputs have half-widths, what these add to the half-width of the largest |dU| follows; of particles
-    that differ, the standard deviation of dU there and the part of pairs that separates.
+    A single moved particle has its force instead. For a pair whose inputs have half-widths, the half-width of the
+    largest |dU| due to these follows; for particles that differ, the standard deviation of dU there and the fraction of
+    pairs that separate.
     """
     from pairsim.cases.inputs import inputs_of  # loads numpy
 
@@ -44,7 +45,7 @@ def result_columns(case: CurveCase) -> tuple[str, ...]:
 
 
 def row_in_sweeps(tables: Tables, record: Record) -> dict[str, Value]:
-    """The result columns; `zeros` and what belongs to them are lists in ascending d."""
+    """The values of the columns of results.csv; those of zeros are lists in ascending d."""
     import numpy as np
 
     from pairsim.analysis.master_curve import Curve  # loads numpy
@@ -87,9 +88,9 @@ class CurveResult(Result):
         return Curve(self.tables["curve"], self.tables["equilibria"], self.record, self.source)
 
     def dU(self, d: Any, gap: int = 1) -> Any:
-        """dU at any distance of the curve [U_av], or as a quantity where that has a unit.
+        """dU at any distance of the curve [U_av], or as a quantity of pint if the distance has a unit.
 
-        `curve` returns the half-width of its interval, too.
+        `curve` also returns the half-width of its interval.
         """
         return self.curve(d, gap)[0]
 
@@ -101,8 +102,8 @@ class CurveResult(Result):
             stop: Last distance.
 
         Returns:
-            Time, length and their half-widths, as quantities of pint where both distances have a unit; as text what the
-            command prints.
+            Time, length and their half-widths, as quantities of pint if both distances have a unit. Its text is what
+            the command prints.
 
         Raises:
             InputError: A distance is outside the curve, or the pair does not move from the one to the other.
@@ -110,7 +111,7 @@ class CurveResult(Result):
         return self.curve.travel(start, stop)
 
     def findings(self) -> list[str]:
-        """Where particles separate and come closer, and how fast; of an atlas, also in which liquid."""
+        """Where particles separate and come closer, and how fast; for an answer of an atlas, also in which liquid."""
         from pairsim.questions.curve.answer import answer_of_curve
 
         if not self.curve.table.rows:

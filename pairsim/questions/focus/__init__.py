@@ -50,18 +50,18 @@ if TYPE_CHECKING:
 BETA = "beta"
 """The key of diameters, which need a mesh each."""
 COLUMNS = {each.name: each for each in (DISTANCE, CA_E, DE)}
-"""Columns that every table has, by the key in `along` that they are the values of."""
+"""Columns that every table has, by the key in `along` whose values they hold."""
 IN_UNITS = QUANTITIES["distance"]
-"""The quantity by which distances are given there, too."""
+"""The quantity as which `along` may have distances with units."""
 OF_DISTANCES = DISTANCE.name, f"{BLOCK}.{IN_UNITS.key}"
-"""The keys of distances there."""
-LEAST_D, MOST_D = 1e-4, 1e4  # distances, as of the key d [D_c]
-LEAST_BETA, MOST_BETA = 1e-3, 0.999  # diameters, as of the key beta [D_c]
+"""The keys of distances in `along`."""
+LEAST_D, MOST_D = 1e-4, 1e4  # limits of distances, as for the key d [D_c]
+LEAST_BETA, MOST_BETA = 1e-3, 0.999  # limits of diameters, as for the key beta [D_c]
 DISTURBED = 2.0  # factor of the time for disturbances, half-widths and inertia; measured in docs/how-to/focus.md
 
 
 def column_of(key: str) -> Column:
-    """The column of what is followed by its key in `along`."""
+    """The column with the values of the followed key, the one in `along`."""
     return DISTANCE if key in OF_DISTANCES else COLUMNS.get(key, FOLLOWED)
 
 
@@ -71,8 +71,8 @@ class Place:
 
     Attributes:
         parameters: Distances and materials.
-        value: The value of what is followed, in the unit of the case file; where nothing is, that of the distance, of
-            the softness or of De.
+        value: The value of the followed key, in the unit of the case file; if no key is followed, the distance, or
+            else the largest Ca_e, or else De.
         scales: The units there; None without a `physical` block.
     """
 
@@ -82,7 +82,7 @@ class Place:
 
 
 def _check_d(case: FocusCase) -> Iterator[Mistake]:
-    """Yield the mistake of a distance that is missing, or given where there is none or `along` has it."""
+    """Yield the mistake of a distance that is missing, or is given although there is no gap or `along` has it."""
     if case.n > 1 and case.d is None and not case.spreads:
         yield missing("d", "must be a number, the distance between facing surfaces, or along: {d: [...]} be given")
     elif case.d is not None and case.n == 1:
@@ -92,7 +92,7 @@ def _check_d(case: FocusCase) -> Iterator[Mistake]:
 
 
 def _check_along(case: FocusCase) -> str:
-    """What `along` must be: what is followed, and its values."""
+    """What `along`, the followed key with its values, must be, or "" if it is right."""
     if case.along is None:
         return ""
     if len(case.along) != 1:
@@ -116,7 +116,7 @@ def _check_along(case: FocusCase) -> str:
 
 
 def _allowed_betas(case: FocusCase, given: Sequence[float | str]) -> str:
-    """What diameters that are followed must be."""
+    """What diameters in `along` must be, or "" if they are right."""
     if case.physical is not None:
         return f"must not be {BETA}, which follows from {BLOCK}.particle: use pairsim sweep"
     if len(set(case.betas)) > 1:
@@ -130,7 +130,7 @@ def _allowed_betas(case: FocusCase, given: Sequence[float | str]) -> str:
 
 
 def _allowed_in_units(case: FocusCase, given: Sequence[float | str]) -> str:
-    """What distances with their units must be."""
+    """What distances with units in `along` must be, or "" if they are right."""
     if case.scales is None:
         return f"must be d: the case has no {BLOCK} block"
     try:
@@ -169,19 +169,19 @@ class FocusCase(SceneCase):
 
     @property
     def key(self) -> str:
-        """What rates are followed over; "" where the values of the case alone are asked for."""
+        """The key over which rates are followed; "" if only those of the case are asked for."""
         return next(iter(self.along or ()), "")
 
     @property
     def followed(self) -> FollowedKey | None:
-        """What rates are followed over if liquid and softness alone depend on it, else None."""
+        """The followed key if only liquid and softness depend on it; None for distances, diameters or no key."""
         if not self.key or self.spreads or self.key == BETA:
             return None
         return FollowedKey.of(self, self.key, (self.along or {})[self.key])
 
     @property
     def series(self) -> tuple[float, ...]:
-        """The values of what is followed, in the order of solution: distances from the largest down, else ascending."""
+        """The values of the followed key, in the order of solution: distances descend, all others ascend."""
         if (followed := self.followed) is not None:
             return tuple(dict.fromkeys(followed.values))
         given = (self.along or {}).get(self.key, ())
@@ -192,12 +192,12 @@ class FocusCase(SceneCase):
 
     @property
     def spreads(self) -> bool:
-        """Whether the distances are followed."""
+        """Whether the followed key is that of the distances."""
         return self.key in OF_DISTANCES
 
     @property
     def scenes(self) -> list[FocusCase]:
-        """The cases with one mesh each: this one, or one for each diameter that is followed."""
+        """The cases with a mesh each: this one, or one for each of the followed diameters."""
         if self.key != BETA:
             return [self]
         given = {key: getattr(self, key) for key in self.model_fields_set - {"along", BETA}}
@@ -241,7 +241,7 @@ class FocusCase(SceneCase):
 
 
 def check(case: FocusCase) -> Iterator[Mistake]:
-    """Yield mistakes in keys that all cases have."""
+    """Yield the mistakes in keys that all cases have."""
     if case.ends != "developed":
         yield Mistake("ends", case.ends, "must be developed: what leaves one end must not enter at the other one")
     if case.liquid_model.regularisation:
@@ -255,18 +255,18 @@ def estimate(case: FocusCase) -> Estimate:
 
 
 def solve(case: FocusCase, *, monitor: Monitor, workers: Workers) -> Events:
-    """Compute the rates at all values of what is followed."""
+    """Compute the rates at all values of the followed key."""
     from pairsim.questions.focus.computation import computation
 
     return computation(case, monitor, workers)
 
 
 class FocusResult(Result):
-    """Rates of displaced particles. `table` is focus.csv, with a row for each value of what is followed."""
+    """Rates of displaced particles. `table` is focus.csv, with a row for each value of the followed key."""
 
     @property
     def followed(self) -> FollowedKey | None:
-        """What rates were followed over, if its values have no column of their own as Ca_e and De have."""
+        """The key that was followed; None if there is none, or if its values have their own column, as Ca_e and De."""
         return cast("FocusCase", self.case).followed if self.columns.has(FOLLOWED) else None
 
     def _place_of(self, text: str) -> float:
@@ -307,7 +307,7 @@ def draw(folder: Path, out: Path, page: Page) -> list[Path]:
 
 
 def columns_in_sweeps(case: FocusCase) -> list[str]:
-    """What a sweep shows of it, for the last of its values."""
+    """The columns of results.csv, whose values are those in the last row of focus.csv."""
     known = [] if case.reynolds_number is None else [RE]
     return ["points", *(each.name for each in (*INTERVALS, *known))]
 

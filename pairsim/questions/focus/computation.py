@@ -1,4 +1,4 @@
-"""Rates of displaced particles at each value of what is followed."""
+"""The computation of rates of displaced particles at each value of the followed key."""
 
 from __future__ import annotations
 
@@ -75,8 +75,9 @@ class Rates:
         row: The row of the table.
         at: The place in words.
         said: The rates in words.
-        converged: Whether what moving adds to them is known.
-        frame: Fields, where these are asked for.
+        converged: Whether stresses and shapes relax faster than the displacements change; otherwise the rates leave out
+            what this change adds to them.
+        frame: The fields; None unless they are asked for.
     """
 
     point: Point
@@ -109,7 +110,7 @@ class _Scenes:
 
     @property
     def solved(self) -> Sequence[Solutions]:
-        """The solutions of scenes of which there may be any."""
+        """The solutions of all scenes that have been begun, here or in another process."""
         return [self._solutions[i] for i in sorted(self._solutions)]
 
     def solutions(self, scene: int) -> Solutions:
@@ -117,12 +118,12 @@ class _Scenes:
         return self._solutions.setdefault(scene, Solutions(self._cases[scene], (goals.U,)))
 
     def hear(self, said: tuple[int, str, BranchReport]) -> None:
-        """Take what another process says of its branch in a scene."""
+        """Record the report of another process on its branch in a scene."""
         scene, name, report = said
         self.solutions(scene).hear((name, report))
 
     def rates(self, unit: Unit) -> Rates | Ended:
-        """Compute the rates at a place; returns why there is no steady state otherwise."""
+        """Compute the rates at a place, or return how the continuation to its steady state ended."""
         scene, place = self._cases[unit[0]], self._places[unit[0]][unit[1]]
         found = self.solutions(unit[0])
         if self._open != unit[0]:
@@ -146,7 +147,10 @@ class _Scenes:
 def _solve_part(
     case: FocusCase, units: Sequence[Unit], desk: Desk
 ) -> Iterator[FoundAt[Unit, Rates] | tuple[int, str, BranchReport]]:
-    """Compute the rates at some places, in another process; nothing is said where a continuation ends."""
+    """Compute the rates at some places in another process; if a continuation ends, so does this, without a message.
+
+    Yields the rates at each place, and reports on the branch of a scene with the name of the process.
+    """
     with _Scenes(case, desk.monitor) as scenes:
         for unit in units:
             found = scenes.rates(unit)
@@ -158,7 +162,7 @@ def _solve_part(
 
 
 def _last_events(solved: Sequence[Solutions], warnings: Sequence[Text]) -> Generator[events.Event, None, None]:
-    """What run.json says of all scenes, and the solutions on the way to what was not reached."""
+    """The summary of all scenes for run.json, and the solutions on the way to parameters that were not reached."""
     points = sum(len(each.points) for each in solved)
     if len(solved) == 1:
         yield from solved[0].last_events({POINTS: points}, warnings)
@@ -168,7 +172,7 @@ def _last_events(solved: Sequence[Solutions], warnings: Sequence[Text]) -> Gener
 
 
 def _where(case: FocusCase, scene: FocusCase, place: Place) -> Text:
-    """Where a rate is computed, such as d = 0.1."""
+    """The place where a rate is computed in words, such as d = 0.1."""
     parameters = place.parameters
     if (followed := case.followed) is not None and column_of(case.key) is FOLLOWED:
         return f"{case.key} = {place.value:.4g} {followed.unit}".rstrip()

@@ -15,12 +15,12 @@ from pairsim.solvers.steady.scene import SteadySolver
 
 
 def disturbed_frame(at: float, solver: SteadySolver, stability: Stability) -> FieldFrame:
-    """The fields on the axis, and what a unit displacement of each particle adds at fixed points.
+    """The fields with all particles on the axis, and what a unit displacement of each adds to them at fixed points.
 
     Args:
-        at: The value of what is followed.
+        at: The value of the followed key.
         solver: The scene, at its solution.
-        stability: The displaced particles.
+        stability: The disturbances by displaced particles.
     """
     frame, data = steady_frame(at, solver), dict[str, Array]()
     for j in range(len(stability.disturbance.rates)):
@@ -34,7 +34,10 @@ def disturbed_frame(at: float, solver: SteadySolver, stability: Stability) -> Fi
 
 
 def _inside(solver: SteadySolver, stability: Stability, j: int) -> list[Array]:
-    """Velocities in soft particles, which move and roll inside their shape, where particle j is displaced."""
+    """Velocities [U_av/D_c] that a displacement of particle j adds in each soft particle, shape (nodes, 3) each.
+
+    The material of a particle is translated, and rolls inside its shape.
+    """
     (h, _), found = solver.state(), stability.disturbance
     velocities = []
     for i, body in enumerate(solver.scene.bodies):

@@ -1,4 +1,4 @@
-"""The picture of growth rates over what is followed."""
+"""The picture of growth rates over the followed key."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from pairsim.record.table_files import read_table
 
 
 def scales_at(directory: Path, units: Units) -> Callable[[float], Scales | None]:
-    """The units of a picture at each value of what is followed, which may change them as a flow rate does."""
+    """The units of a picture as a function of the value of the followed key, on which they may depend (flow rate)."""
     followed = case_of(QUESTION, directory / "case.yaml").followed if units.scales is not None else None
 
     def at(value: float) -> Scales | None:
@@ -35,9 +35,9 @@ def scales_at(directory: Path, units: Units) -> Callable[[float], Scales | None]
 
 @printing()
 def draw_focus(directory: Path, out: Path, page: Page) -> list[Path]:
-    """Draw `focus`: the largest growth rate, the entries of the matrix of several particles, and the Reynolds number.
+    """Draw `focus`: the largest growth rate, entries of the matrix of several particles, and the Reynolds number.
 
-    No file is written where nothing is followed.
+    No file is written if no key is followed.
     """
     units, case = Units.of(directory, page.physical), read_case(directory / "case.yaml")
     found = read_table(directory / "focus.csv", TABLE, missing_ok=True)

@@ -1,4 +1,4 @@
-"""The picture of what displaced particles add to the flow: streamlines in the plane of the displacement."""
+"""The picture of the disturbance of the flow by displaced particles: streamlines in the plane of the displacement."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ from pairsim.runtime.arrays import Array
 
 MOST_VIEWS = 4
 GRID = 181, 91  # points along the tube and across all of it
-DENSITY = 0.9  # of streamlines across the tube, of matplotlib
+DENSITY = 0.9  # of streamlines across the tube, in the unit of matplotlib
 
 
 @printing()
 def draw_streamlines(directory: Path, out: Path, page: Page) -> list[Path]:
-    """Draw `disturbance`: of one particle at some values of what is followed, of each of several at the last one.
+    """Draw `disturbance`: of a single particle at some of the followed values, of several particles at the last value.
 
-    The particles are displaced upwards. Colours are the magnitude of the velocity, streamlines have its direction.
+    Particles are displaced upwards. Colours show the magnitude of the velocity, streamlines its direction.
     """
     units, case = Units.of(directory, page.physical), read_case(directory / "case.yaml")
     count = len(read_times(directory))
@@ -63,7 +63,7 @@ def draw_streamlines(directory: Path, out: Path, page: Page) -> list[Path]:
 
 
 def _title(name: str, count: int, at: float, key: str, units: Units) -> str:
-    """Which particle is displaced, and the value of what is followed."""
+    """The title of a view: which of several particles is displaced, or the value of the followed key."""
     followed = column_of(key) if key else None
     if count > 1:
         return f"particle {name.rpartition('_')[2]} displaced"
@@ -93,13 +93,16 @@ def _draw_lines(axis: Axes, view: View, frame: FieldFrame, name: str) -> None:
 
 
 def density(view: View) -> tuple[float, float]:
-    """Densities of streamlines along and across the tube, which are those of a square."""
+    """Densities of streamlines along and across the tube for `streamplot`, so that both are equally dense."""
     length, height = view.window[1] - view.window[0], view.window[3] - view.window[2]
     return DENSITY * length / height, DENSITY
 
 
 def in_plane(frame: FieldFrame, name: str) -> Any:
-    """The velocity (u_z, u_x) that a displacement along x adds in the plane of the axis and x, of places (..., 2)."""
+    """The function of places (z, x), shape (..., 2), for the velocity (u_z, u_x) that a displacement along x adds.
+
+    Both are in the plane of the axis and x; the velocity has the same shape.
+    """
     points, first = np.unique(frame.points.round(9), axis=0, return_index=True)
     half = LinearNDInterpolator(points, frame.point_data[name][first, :2])
 

@@ -49,7 +49,7 @@ if TYPE_CHECKING:
 
 
 def estimate(case: Case, runs: int = 1) -> Estimate:
-    """Size and duration of a run in time, or of several."""
+    """Size and duration of a run in time, or of `runs` such runs."""
     polymer = bool(case.liquid_model.modes)
     end, first = case.time.end, case.time.first_step
     if case.time.fixed_step is not None:
@@ -59,7 +59,7 @@ def estimate(case: Case, runs: int = 1) -> Estimate:
         starts = 10 * pace * math.log(1 + end / first) * (3 if polymer else 1)
         steps = starts + end / case.time.max_step
         if (flow := case.flow_over_time) is not None:
-            # Sixty steps a cycle, and twenty after each kink; measured in eight runs within a factor of two.
+            # Sixty steps per cycle, and twenty after each kink; in eight runs this was right within a factor of two.
             cycles = end / flow.cycle if flow.period is not None else min(end / flow.cycle, 1.0)
             steps += pace * cycles * (60 + 20 * flow.kinks) * (3 if polymer else 1)
     adapted = "; the mesh is adapted: what the run needs is known after a coarse one" if case.adapts else ""
@@ -67,7 +67,7 @@ def estimate(case: Case, runs: int = 1) -> Estimate:
 
 
 def solve(case: Case, *, monitor: Monitor, earlier: events.Earlier | None = None) -> events.Events:
-    """Integrate a case in time, from its start or from where an earlier run has stopped."""
+    """Integrate a case in time, from its start or from where an earlier run stopped."""
     from pairsim.questions.run.computation import Run
 
     return Run(case, monitor, earlier).computation()

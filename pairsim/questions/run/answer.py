@@ -12,7 +12,7 @@ from pairsim.quantities.text import in_unit, with_name
 from pairsim.questions.run.cycles_answer import answer_of_cycles
 from pairsim.record.columns import DP, U
 
-MOST_GAPS = 3  # that have a sentence each
+MOST_GAPS = 3  # largest number of gaps that have a sentence each
 
 
 def answer_of_run(series: Series) -> list[str]:
@@ -58,7 +58,7 @@ def _bridges(series: Series) -> list[str]:
 
 
 def _train(series: Series) -> list[str]:
-    """What the gaps of many particles do: how many separate and come closer, their mean, and the extreme ones."""
+    """How the gaps of many particles change: how many separate and come closer, their mean, and the extreme ones."""
     signs, gaps, scales = [], series.gaps, series.scales
     for i, gap in enumerate(gaps):
         settled = series.settled(i)
@@ -94,7 +94,7 @@ def _tube(series: Series, gap: int) -> str:
 
 
 def _motion(series: Series, i: int) -> str:
-    """What a gap, counted from 0, does, and its way: a sentence or two without their subject."""
+    """How gap `i`, counted from 0, changes, and from where to where: a sentence or two without their subject."""
     scales, gap, settled, t = series.scales, series.gaps[i], series.settled(i), series.t
     d, (dU, error) = series.d(gap), series.last_dU(gap, settled)
     tube = _tube(series, i)
@@ -116,7 +116,15 @@ def _motion(series: Series, i: int) -> str:
 
 
 def _once_settled(series: Series, settled: Settled, last: tuple[float, float | None], moved: str, by: float) -> str:
-    """What a gap does whose quasi-steady motion is known: its last dU, its way in words, and its change of d."""
+    """How a gap changes whose quasi-steady motion is known: a sentence or two without their subject.
+
+    Args:
+        series: The run.
+        settled: The quasi-steady solution at the last distances.
+        last: dU at the end of the run and its half-width [U_av], None if that is not known.
+        moved: From where to where the gap has moved, in words.
+        by: The change of its distance [D_c].
+    """
     scales, (dU, error), t = series.scales, last, float(series.t[-1])
     if settled.arrested:
         return f"comes to be held together by unyielded liquid: {moved}."
@@ -145,6 +153,6 @@ def _sign(dU: float, error: float | None) -> int:
 
 
 def _moves(sign: int, dU: float) -> str:
-    """One of the three answers for a sign of dU; particles with dU = 0 keep their distance."""
+    """The verb for a sign of dU, which is 0 if it is not certain; particles with dU = 0 keep their distance."""
     undecided = "may separate or come closer (not decided: the interval of dU holds both signs)"
     return {1: "separates", -1: "comes closer"}.get(sign, undecided if abs(dU) > NOTHING else "keeps its distance")

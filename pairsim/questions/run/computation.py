@@ -1,4 +1,4 @@
-"""A run as it advances: its steps, rows, fields and checkpoints, and what run.json says at the end."""
+"""The computation of a run: its steps, rows, fields and checkpoints, and the entries of run.json at the end."""
 
 from __future__ import annotations
 
@@ -60,8 +60,8 @@ ADVICE = {
     WallTime: "a larger limits.wall_time",
     TooManySteps: "a larger limits.max_steps",
 }
-SAME = 1e-6  # relative change of distances below which rates off the axis are the same; chosen
-SETTLES = 10.0  # time for the settled state at the end of a run [s], at least: else what the run itself took; chosen
+SAME = 1e-6  # relative change of distances below which rates off the axis are not computed twice; chosen
+SETTLES = 10.0  # the settled state at the end of a run may take this long [s], or as long as the run if longer; chosen
 
 
 class Run:
@@ -77,7 +77,7 @@ class Run:
         self._own = QUESTION.tables["series"].own
         self._entries: dict[Entry[Any], Any] = {}
         self._remarks: list[Text] = []
-        self._pending: Step | None = None  # its fields are not written
+        self._pending: Step | None = None  # the last step, until its fields are written
 
     def _adapt(self, adaptation: RunAdaptation | None) -> None:
         """Use the cells that follow from a coarse run, if there was one."""
@@ -122,7 +122,7 @@ class Run:
     def _integrate(self, transient: Transient) -> events.Events:
         """Take all steps, and find what the particles do at the end."""
         outcome = yield from self._march(transient)
-        transient.close()  # its memory serves the quasi-steady solution
+        transient.close()  # frees its memory for the quasi-steady solution
         monitor = self.problem.monitor
         longest = max(SETTLES, monitor.wall_time)
         problem = replace(self.problem, monitor=monitor.within(longest, "it was not found within {}"))
@@ -132,7 +132,7 @@ class Run:
         return self._with_accuracy(outcome, transient.run_errors)
 
     def _off_axis(self, outcome: events.Outcome, gaps: tuple[float, ...], steps: int) -> Iterator[events.Event]:
-        """Rates off the axis at the first and at the last distances, in the quasi-steady states there, if asked for."""
+        """Compute rates off the axis, if asked for, in the quasi-steady states at the first and the last distances."""
         if not self.case.focus or outcome.status != "finished":
             return
         first = self.problem.gaps
@@ -147,7 +147,7 @@ class Run:
             self._remarks += yield from rates_beside(self.case, branch, places, self.case.time.end, steps)
 
     def _with_accuracy(self, outcome: events.Outcome, errors: RunErrors) -> events.Outcome:
-        """An outcome whose message says whether an adapted run has kept its accuracy."""
+        """The outcome, with a message that says whether an adapted run has kept its accuracy."""
         if self.adaptation is None or outcome.status != "finished":
             return outcome
         return replace(outcome, message=outcome.message + accuracy_of(self.case, errors)[1])
@@ -195,7 +195,7 @@ class Run:
         return (Q, *CYCLE_COLUMNS) if self.case.n > 1 else (Q,)
 
     def _of_flow(self, t: float, cycles: Cycles | None) -> dict[str, float]:
-        """What a row has of a flow that varies."""
+        """The values of a row about a flow that varies, by column name."""
         values: dict[Column, Any] = {Q: self.problem.drive.flow_at(t)} if self._flowing else {}
         if cycles is not None:
             values |= {
@@ -205,13 +205,13 @@ class Run:
         return table_row(self.case.n, values)
 
     def _fields(self, transient: Transient) -> Iterator[events.Event]:
-        """The fields of the last step, unless they were written."""
+        """Yield the fields of the last step, unless they have been written."""
         step, self._pending = self._pending, None
         if step is not None and self.case.output.fields:
             yield events.Frame(frame(step, transient.origin, transient.pipe(step.t)))
 
     def _end(self) -> Iterator[events.Event]:
-        """What run.json says, and the last fields."""
+        """The last events: the summary for run.json, and the fields of the last step."""
         entries, seconds = dict[Entry[Any], Any](), dict[str, float]()
         errors, extremes = RunErrors.of(self.problem.liquid), Extremes()
         if (transient := self.transient) is not None:

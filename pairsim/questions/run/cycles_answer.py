@@ -1,4 +1,4 @@
-"""The answer of a run whose flow varies: what distances do over a cycle, and whether cycles have become periodic."""
+"""The answer of a run whose flow varies: how distances change over a cycle, and whether cycles are periodic."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ UNITS_OF_FLOW = {
     "velocity": "that of physical.velocity",
 }
 WHOLE = {"ramp": "the ramp", "table": "the table"}
-MOST_SHAPES = 4  # Taylor parameters that are told each
+MOST_SHAPES = 4  # largest number of Taylor parameters that are listed
 
 
 def answer_of_cycles(series: Series, entry: WholeCycles) -> list[str]:
-    """The answer of a run in a flow that varies, of two particles or more."""
+    """The answer of a run of two particles or more in a flow that varies."""
     scales = series.scales
     if not entry["whole"]:
         over = WHOLE.get(entry["shape"], "a cycle")
@@ -38,14 +38,14 @@ def answer_of_cycles(series: Series, entry: WholeCycles) -> list[str]:
 
 
 def _over(series: Series, entry: WholeCycles) -> str:
-    """The time over which a drift is told, in words."""
+    """The time over which a drift is given, in words."""
     if not entry["repeats"]:
         return f"over {WHOLE[entry['shape']]} of {in_unit(series.scales, TIME, entry['cycle'])}"
     return f"a cycle of {in_unit(series.scales, TIME, entry['cycle'])}"
 
 
 def _drift(series: Series, entry: WholeCycles, i: int) -> str:
-    """What a gap, counted from 0, does over the last whole cycle."""
+    """How gap `i`, counted from 0, changes over the last whole cycle."""
     drift, error, scales = entry["drift"][i], entry["drift_error"][i], series.scales
     subject = "The pair" if len(series.gaps) == 1 else f"Gap {i + 1}"
     size = in_unit(scales, LENGTH, abs(drift), error)
@@ -83,7 +83,7 @@ def _periodic(series: Series, entry: WholeCycles) -> Iterator[str]:
 
 
 def _within(series: Series, entry: WholeCycles, gap: str) -> str:
-    """Between which distances a gap is in the last whole cycle, and between which velocities."""
+    """The ranges of the distance and of dU of a gap in the last whole cycle."""
     rows, scales = series.last_cycle, series.scales
     d, dU = series.d(gap)[rows], series.dU(gap)[rows]
     low, high = (in_unit(scales, LENGTH, each, digits=5) for each in (d.min(), d.max()))
@@ -93,7 +93,7 @@ def _within(series: Series, entry: WholeCycles, gap: str) -> str:
 
 
 def _shapes(series: Series, entry: WholeCycles) -> Iterator[str]:
-    """Between which Taylor parameters the particles are in the last whole cycle."""
+    """The range of each Taylor parameter in the last whole cycle."""
     rows = series.last_cycle
     said = [
         f"{name} from {values[rows].min():.3g} to {values[rows].max():.3g}"

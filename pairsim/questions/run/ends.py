@@ -1,4 +1,4 @@
-"""Times at which a run is written, and what ends it."""
+"""Times at which fields of a run are written, and what ends a run."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pairsim.solvers.problems import Problem
 from pairsim.solvers.transient.cycles import Cycles
 from pairsim.solvers.transient.end import reason_to_end
 
-NEARLY_DUE = 1e-9  # part of a frame that may be missing by rounding when it is written
+NEARLY_DUE = 1e-9  # tolerance for rounding in the number of frames that are due
 
 
 def milestones(case: Case) -> list[float]:
@@ -29,8 +29,8 @@ def milestones(case: Case) -> list[float]:
 def frames_until(case: Case, t: float, gaps: Sequence[float]) -> int:
     """How many of the `output.frames` are due at a time [D_c/U_av] and distances [D_c], N-1 values.
 
-    They are spread evenly over the way to what ends the run: its end time, contact or `max_gap`, of which the nearest
-    one counts. Unlike `milestones` they cost no steps. Where a run was stopped makes no difference to them.
+    They are spread evenly over the way to the end of the run: its end time, contact or `max_gap`, whichever is nearest.
+    Unlike `milestones` they need no steps of their own. Stopping and resuming a run makes no difference to them.
     """
     output, limits = case.output, case.limits
     if output.times or output.every is not None:
@@ -51,7 +51,7 @@ def moment(t: float) -> Message:
 def end_of(
     case: Case, problem: Problem, t: float, gaps: Sequence[float], cycles: Cycles | None = None
 ) -> events.Outcome | None:
-    """The outcome of a run that has reached its end at a time, distances and cycles, else None."""
+    """The outcome of a run if it ends at this time [D_c/U_av], these distances [D_c] and cycles; None if it goes on."""
     at, scales = moment(t), case.scales
     match reason_to_end(problem, t, gaps, cycles):
         case "contact":

@@ -1,4 +1,4 @@
-"""What a run warns of, and whether it has kept its accuracy."""
+"""The warnings of a run, and whether it has kept its accuracy."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from pairsim.solvers.goals import U, dU
 from pairsim.solvers.transient.state import Extremes
 
 LONG_ARC = 1.5  # allowed length of an arc over the gap beside it; dU is 2.5 % off at 3 (N_p 40, gap 0.005)
-SHORTER = 4.0  # what tolerances and steps are divided by in advice; chosen
+SHORTER = 4.0  # divisor of tolerances and steps in advice; chosen
 
 
 def long_steps(case: Case, part: float) -> list[str]:
-    """Warn of time steps whose estimated error of dU exceeds `accuracy`; `part` is relative to the largest |dU|."""
+    """Warn if the error of dU by time steps may exceed `accuracy`; `part` is this error over the largest |dU|."""
     if part <= case.error_wanted:
         return []
     key = "tol" if case.time.fixed_step is None else "fixed_step"
@@ -32,7 +32,7 @@ def long_steps(case: Case, part: float) -> list[str]:
 
 
 def large_run_error(case: Case, part: float) -> list[str]:
-    """Warn of a largest dU_error in a run that exceeds `accuracy`; `part` is relative to the largest |dU|."""
+    """Warn if the largest dU_error of a run exceeds `accuracy`; `part` is this error over the largest |dU|."""
     if part <= case.error_wanted:
         return []
     percent = above(100 * part, 100 * case.error_wanted)
@@ -45,7 +45,7 @@ def large_run_error(case: Case, part: float) -> list[str]:
 
 
 def unknown_run_error(case: Case, lost: float) -> list[Text]:
-    """Warn of a run whose error is unknown from the time `lost` on; infinite where it is known throughout."""
+    """Warn if the error of a run is unknown from the time `lost` on [D_c/U_av], infinite if it is known throughout."""
     if lost == np.inf:
         return []
     said = "the estimate of the error diverged at t = {}: dU_error is not known from there on; use {}"
@@ -75,7 +75,7 @@ def warnings_of_run(case: Case, errors: RunErrors, extremes: Extremes) -> list[T
 
 
 def accuracy_of(case: Case, errors: RunErrors) -> tuple[dict[str, float], str]:
-    """The part of the entry that is known after an adapted run, and what the closing line says of it."""
+    """Whether an adapted run has kept its accuracy: values for the entry `ADAPTATION`, and the end of the message."""
     of_dU, wanted = errors[dU], case.error_wanted
     peak = of_dU.steps.peak
     if peak <= LEAST:

@@ -1,4 +1,4 @@
-"""What is written of a run: rows of series.csv, and entries of run.json."""
+"""The rows of series.csv of a run, and its entries of run.json."""
 
 from __future__ import annotations
 
@@ -56,12 +56,19 @@ HALF_WIDTHS = {goal: next(each for each in ERROR_COLUMNS if each.name == goal.er
 
 
 def settled_entry(case: Case, problem: Problem, gaps: tuple[float, ...], ended: events.Outcome) -> Entries:
-    """The quasi-steady solution at the last distances of a run [D_c], N-1 values, on the cells of its problem.
+    """The entry of run.json with the quasi-steady solution at the last distances of a run, on the cells of its problem.
 
-    Returns the entry of run.json: dU with its error at every gap [U_av], the decay time of a disturbance [D_c/U_av],
-    how the run started and which part of dU `accuracy` allows as error; a message, if there is no such solution. Empty
-    for a single particle, held distances, a flow that varies, a run that ended early, and a polymer with a yield
-    stress.
+    It is empty for a single particle, held distances, a flow that varies, a run that ended early, and a polymer with a
+    yield stress.
+
+    Args:
+        case: The case.
+        problem: Its problem.
+        gaps: The last distances [D_c], N-1 values.
+        ended: How the run ended.
+
+    Returns:
+        The entry `SETTLED`, see `pairsim.record.run_entries.Settled`; it is a message if there is no such solution.
     """
     if case.waveform is not None:
         return {}
@@ -75,7 +82,7 @@ def settled_entry(case: Case, problem: Problem, gaps: tuple[float, ...], ended: 
         return {SETTLED: {"message": "the quasi-steady solution at the last distances was interrupted"}}
     if not math.isfinite(point.t_relax):
         return {SETTLED: {"message": "disturbances of the quasi-steady state at the last distances do not decay"}}
-    # What a run without estimates tends to is the solution on its cells, without the estimate of their error.
+    # A run without error estimates tends to the solution on its cells, which lacks the estimate of their error.
     left = 0 * point.correction if case.estimates_error else point.correction
     dU, error = point.dUs - left, point.dU_errors + abs(left)
     entry = {"d": list(point.gaps), "dU": dU.tolist(), "dU_error": error.tolist()}
@@ -85,7 +92,7 @@ def settled_entry(case: Case, problem: Problem, gaps: tuple[float, ...], ended: 
 
 
 def cycles_entry(case: Case, cycles: Cycles) -> WholeCycles:
-    """What run.json says of cycles."""
+    """The entry of run.json about the cycles of a flow that varies."""
     assert case.waveform is not None, "there are no cycles"
     part, ones = case.error_wanted, np.zeros(cycles.d.size)
     entry = WholeCycles(

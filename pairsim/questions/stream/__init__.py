@@ -42,13 +42,13 @@ if TYPE_CHECKING:
     from pairsim.plots.style import Page
     from pairsim.runtime.monitor import Monitor
 
-LONG = 50.0  # length of the tube of short rows over the diameter of a bead, as of other cases
-LEAST_BEADS = 10  # of a stream; chosen
-NEAREST = 0.1  # least mean distance of beads over their diameter, below which they are no stream; chosen
+LONG = 50.0  # length of the tube of short rows over the diameter of a bead, as for other cases with periodic ends
+LEAST_BEADS = 10  # least number of beads of a stream; chosen
+NEAREST = 0.1  # least mean distance between the surfaces of beads, over their diameter; chosen
 
 
 def _with_errors(column: Column) -> tuple[Column, Column, Column]:
-    """A column with the half-widths of its intervals."""
+    """A column, and two columns with the half-widths of its intervals: by the streams drawn, and by the model."""
     half = f"half-width of the interval of {column.name}: "
     error = Column(f"{column.name}_error", r"\epsilon", f"{half}streams that were drawn", unknown=True)
     model = Column(f"{column.name}_model", r"\epsilon_m", f"{half}model of the row, by the first stream", unknown=True)
@@ -73,7 +73,7 @@ DOUBLE = _of_drops("double", "P_2", "two beads")
 MORE = _of_drops("more", r"P_{3+}", "three beads or more")
 OF_DROPS = EMPTY, SINGLE, DOUBLE, MORE
 STATISTICS = SPREAD, IN_CONTACT, *OF_DROPS
-"""What is known with half-widths, in the order of the numbers in `pairsim.questions.stream.statistics`."""
+"""The columns with half-widths, in the order of the numbers in `Way.counted` (`statistics.py`)."""
 POISSON = {
     each: Column(
         f"{each.name}_poisson", f"{each.symbol}", f"{each.meaning} if beads arrived independently", unknown=True
@@ -100,26 +100,26 @@ AS_LONG = "must be left out: the tube of short rows is as long as they need"
 
 
 def _places(case: StreamCase) -> list[str]:
-    """Which of the keys are given that say how far apart the beads are; one is enough."""
+    """Which of the keys that determine the distances between beads are given; there must be one."""
     stream = case.stream
     places = {"d": case.d, "stream.concentration": stream.concentration, "stream.positions": stream.positions}
     return [key for key, value in places.items() if value is not None]
 
 
 def _too_many(case: StreamCase, key: str) -> str:
-    """What one of these keys must be where another one is given before it."""
+    """That one of these keys must be left out, if another one before it is given, too; else ""."""
     first, *others = _places(case) or [key]
     return f"must be left out if {first} is given" if key in others else ""
 
 
 def _too_near(case: StreamCase, d: float) -> str:
-    """What a key must be by which the mean distance is so small [D_c]."""
+    """What a key must be that gives the mean distance `d` [D_c], if this is too small; else ""."""
     near = d < NEAREST * max(case.betas, default=0.0) or d <= case.stream.min_gap
     return f"must leave beads {NEAREST:g} of their diameter apart on average" if near else ""
 
 
 def _check_d(case: StreamCase) -> Iterator[Mistake]:
-    """Yield the mistake of streams whose distance is not given, or too small."""
+    """Yield the mistake of streams whose mean distance is not given, or is too small."""
     if not _places(case):
         yield missing("d", "must be a number, the mean distance, or stream.concentration or stream.positions be given")
     elif case.d is not None and (why := _too_near(case, case.d)):
@@ -130,7 +130,7 @@ def _check_concentration(case: StreamCase) -> str:
     if case.stream.concentration is None:
         return ""
     beta = max(case.betas, default=0.0)
-    about = spacing_of(case, 2 - 4 / 3 * beta**2) - beta  # by about the velocity of a bead
+    about = spacing_of(case, 2 - 4 / 3 * beta**2) - beta  # with an estimate of the velocity of a bead
     return _too_many(case, "stream.concentration") or _too_near(case, about)
 
 
@@ -195,11 +195,11 @@ class StreamCase(SpreadCase):
 
     @property
     def tube_length(self) -> float:
-        """Length of the tube of a bead on its own [D_c]."""
+        """Length of the tube in which a single bead is solved [D_c]."""
         return LONG * max(self.betas, default=1.0)
 
     def _defaults(self) -> dict[str, Plain]:
-        """With positions from their file, so that the case stands for itself."""
+        """The defaults; positions are also read from their file, so that the case no longer depends on it."""
         found = super()._defaults()
         if isinstance(file := self.stream.positions, str):
             try:
@@ -216,7 +216,7 @@ class StreamCase(SpreadCase):
         return len(known) if isinstance(known, tuple) else self.stream.beads
 
     def resolved(self) -> dict[str, Plain]:
-        return {key: value for key, value in super().resolved().items() if key != "length"}  # which must not be given
+        return {key: value for key, value in super().resolved().items() if key != "length"}  # no case may give it
 
     def _slug_parts(self) -> list[str]:
         return [part for part in super()._slug_parts() if part != "n1"]
@@ -229,10 +229,10 @@ def check(case: StreamCase) -> Iterator[Mistake]:
 
 
 def spacing_of(case: StreamCase, U: float) -> float:
-    """Distance between the centres of beads of a concentration that move at U [U_av], on average [D_c].
+    """Mean distance between the centres of beads that move at U [U_av], by their concentration [D_c].
 
-    The concentration is that of what flows, as in the reservoir: beads, which are faster than the liquid, are farther
-    apart in the tube.
+    The concentration is that of the flowing suspension, as in the reservoir; as beads move faster than the liquid, they
+    are farther apart in the tube.
     """
     assert case.stream.concentration is not None
     volume = max(case.betas) ** 3 * (1 + 3 * case.spread.diameter**2)
@@ -240,14 +240,14 @@ def spacing_of(case: StreamCase, U: float) -> float:
 
 
 def estimate(case: StreamCase) -> Estimate:
-    """Size and duration: those of the short rows."""
+    """Size and duration of the short rows; the motion of the streams is left out."""
     from pairsim.questions.stream.work import of_rows
 
     return steady_estimate(case, round(of_rows(case)))
 
 
 def solve(case: StreamCase, *, monitor: Monitor, workers: Workers) -> Events:
-    """Compute the short rows, and let streams move by the model that is made of them."""
+    """Compute the short rows, and the motion of streams by the model that is fitted to them."""
     from pairsim.questions.stream.computation import computation
 
     return computation(case, monitor, workers)
@@ -257,7 +257,7 @@ class StreamResult(Result):
     """Streams. `table` is stream.csv, with a row for each length of tube."""
 
     def findings(self) -> list[str]:
-        """How many beads drops get, how the distances spread, and which part of the beads touches."""
+        """How many beads drops get, how the distances spread, and what fraction of the beads touch."""
         said = "What was found is in stream.csv; the answer in words is written when all is done."
         return SENTENCES.of(self.record) or [said if self.columns.rows else "No stream was followed."]
 
@@ -270,7 +270,7 @@ def draw(folder: Path, out: Path, page: Page) -> list[Path]:
 
 
 def _in_sweeps(case: StreamCase) -> tuple[str, ...]:
-    """The last row of stream.csv."""
+    """The columns of results.csv, whose values are those in the last row of stream.csv."""
     names = [SPREAD, IN_CONTACT, *(OF_DROPS if case.stream.drop else ())]
     poisson = [POISSON[SINGLE].name] if case.stream.drop else []
     return (*(part.name for each in names for part in _with_errors(each)), *poisson)

@@ -16,7 +16,7 @@ ARRIVALS = {"random": "independently of each other, without overlap", "regular":
 
 
 def sentences(case: StreamCase, found: Found) -> list[str]:
-    """What is said of streams that have moved."""
+    """The sentences of the answer, once all streams have moved along the tube."""
     scales, spacing, velocity = case.scales, found.spacing, found.velocity
     how = "as listed" if case.stream.positions is not None else ARRIVALS[case.stream.arrivals]
     differ = {"diameter": case.spread.diameter, "modulus": case.spread.modulus}

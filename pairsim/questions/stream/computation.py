@@ -1,4 +1,4 @@
-"""Short rows, the streams that move by them, and what is counted of these."""
+"""The computation of streams: short rows, the motion of streams by the model fitted to them, and its statistics."""
 
 from __future__ import annotations
 
@@ -51,13 +51,13 @@ from pairsim.solvers.rows.short_rows import LEAST as LEAST_SOLVED
 from pairsim.solvers.rows.short_rows import TRAINS, short_rows, unequal_rows
 from pairsim.solvers.rows.stream_motion import follow
 
-PLACES = 51  # lengths of tube at which streams are looked at
-BINS = 60  # of histograms; chosen
-FARTHEST = 4.0  # distance at which they end over the mean distance; chosen
+PLACES = 51  # lengths of tube at which statistics of streams are taken
+BINS = 60  # bins of histograms; chosen
+FARTHEST = 4.0  # largest distance in histograms, over the mean distance; chosen
 
 
 def computation(case: StreamCase, monitor: Monitor, workers: Workers) -> events.Events:
-    """Solve short rows, draw streams, and let them move."""
+    """Solve short rows, draw streams, and follow them along the tube."""
     rows_done, of_motion = work.of_rows(case), work.of_motion(case)
     goal = f"{case.stream.streams} streams of {case.beads} beads"
     yield events.Begin(goal, rows_done + 3 * of_motion)
@@ -66,7 +66,7 @@ def computation(case: StreamCase, monitor: Monitor, workers: Workers) -> events.
     except BranchEnd as end:
         yield events.Summary({})
         return events.Outcome("finished", end.reason, end.message)
-    monitor.has_result()  # also where all rows were known: how long streams take is told by the progress
+    monitor.has_result()  # even if all rows were known already: from here on progress shows how long it will take
     yield events.Progress(rows_done + of_motion, "the model of rows is fitted", number)
     follower, ways = _Follower.of(case, model, monitor), list[Way]()
     for i in range(case.stream.streams):
@@ -81,7 +81,7 @@ def computation(case: StreamCase, monitor: Monitor, workers: Workers) -> events.
 
 
 def model_of(case: StreamCase, monitor: Monitor, workers: Workers = ALONE) -> RowModel:
-    """The model by which the streams of a case move.
+    """The model that gives the velocities in the streams of a case.
 
     Raises:
         NoSteadyState: There is no quasi-steady state of a short row, or it was not found.
@@ -105,7 +105,7 @@ def _model(case: StreamCase, monitor: Monitor, workers: Workers) -> Generator[ev
 def _rows(
     case: StreamCase, problem: SteadyProblem, alone: Parameters, workers: Workers
 ) -> Generator[events.Event, None, tuple[list[Row], list[Waves]]]:
-    """The short rows of the case, and the waves of trains if the model is fitted to these, too."""
+    """The short rows of the case, and the waves of trains if the model is fitted to those, too."""
     most, by_particle = case.stream.neighbours, bool(case.spread)
     kept = KeptRows.of(case, problem, alone, most=most, by_particle=by_particle, least=LEAST_SOLVED)
     unequal = unequal_rows(any(case.Ca_es), LEAST_SOLVED) if by_particle else ()
@@ -121,7 +121,7 @@ def _rows(
             return end.value
         if isinstance(each, Row):
             rows += 1
-            problem.monitor.has_result()  # each row can be solved; how many there are is told by the progress
+            problem.monitor.has_result()  # rows can be solved, and progress shows how many are left
             done += work.of_row(case, len(each.values))
             yield events.Progress(done, f"short row {rows} of {total}", rows)
         else:
@@ -132,11 +132,11 @@ def _rows(
 
 @dataclass(frozen=True)
 class _Follower:
-    """Lets the streams of a case move.
+    """Follows the streams of a case along the tube.
 
     Attributes:
         case: The case.
-        model: The model of rows, of which the length of a bead is.
+        model: The model of rows, which also gives the length of a bead.
         arrivals: How beads arrive.
         mean: Mean distance between facing surfaces [D_c].
         monitor: Ends the computation.
@@ -161,7 +161,7 @@ class _Follower:
         return cls(case, model, arrivals, mean, monitor)
 
     def way(self, model: RowModel, i: int) -> Way:
-        """One of the streams by a model, each with random numbers of its own."""
+        """The way of stream `i` by a model; each stream has its own random numbers, whatever the model."""
         case, random = self.case, np.random.default_rng([self.case.stream.seed, i])
         if isinstance(known := case.stream.positions, tuple):
             parts = self.arrivals.parts(random, case.beads)
@@ -178,9 +178,10 @@ class _Follower:
         return np.linspace(0.0, FARTHEST * self.mean, BINS + 1)
 
     def half_widths(self, first: Way) -> Array:
-        """Half-widths by the model, shape (PLACES, statistics).
+        """Half-widths of the statistics due to the model, shape (PLACES, statistics).
 
-        They are by how much what is counted of the first stream changes by other models (`RowModel.variants`).
+        They are the root-sum-square of the changes in the first stream, given as `first`, with the other models in
+        `RowModel.variants`.
         """
         changes = [self.way(other, 0).counted - first.counted for other in self.model.variants]
         return np.linalg.norm(changes, axis=0)

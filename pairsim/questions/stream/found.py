@@ -1,4 +1,4 @@
-"""Streams that have moved."""
+"""The results of streams that have moved along the tube."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from pairsim.runtime.arrays import Array
 
 @dataclass(frozen=True)
 class Found:
-    """What was found of streams.
+    """The results of streams. "Statistics" are the numbers in `Way.counted`.
 
     Attributes:
-        ways: Each of the streams.
-        by_model: Half-widths of what is counted by the model of rows, shape (lengths, statistics).
-        edges: Those of the bins of histograms [D_c].
+        ways: The way of each stream.
+        by_model: Half-widths of the statistics due to the model of rows, shape (lengths, statistics).
+        edges: Edges of the bins of histograms [D_c], shape (bins + 1,).
     """
 
     ways: Sequence[Way]
@@ -29,24 +29,24 @@ class Found:
 
     @cached_property
     def means(self) -> Array:
-        """Means of what is counted, shape (lengths, statistics)."""
+        """Means of the statistics over streams, shape (lengths, statistics)."""
         return mean_of(self.ways)
 
     @cached_property
     def half_widths(self) -> Array:
-        """Half-widths of these by how much streams differ, of the same shape."""
+        """Half-widths of these means due to the differences between streams, of the same shape."""
         return half_widths(self.ways)
 
     @property
     def spacing(self) -> float:
-        """First distance between the centres of neighbours, on average [D_c]."""
+        """Mean distance between the centres of neighbours at the inlet [D_c]."""
         return float(np.mean([way.spacing for way in self.ways]))
 
     @property
     def velocity(self) -> float:
-        """Mean velocity at first [U_av]."""
+        """Mean velocity of the beads at the inlet [U_av]."""
         return float(np.mean([way.velocity[0] for way in self.ways]))
 
     def per_drop(self, case: StreamCase) -> float | None:
-        """Beads of a drop on average; None if drops are not counted."""
+        """Mean number of beads in a drop; None if drops are not counted."""
         return None if case.stream.drop is None else case.stream.drop * self.velocity / self.spacing

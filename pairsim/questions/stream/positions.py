@@ -1,4 +1,4 @@
-"""Positions of beads from a file."""
+"""Reads the positions of beads from a file."""
 
 from __future__ import annotations
 
@@ -14,10 +14,11 @@ HEADING = re.compile(r"[^\[(]*[\[(]\s*(.+?)\s*[\])]\s*")  # such as z [um]
 def read_positions(file: Path, scales: Scales | None) -> tuple[float, ...]:
     """Positions of the centres of beads along the tube, ascending [D_c].
 
-    The file has one a line; a heading may have their unit in brackets, and they are in tube diameters without.
+    The file has one position per line. A heading may give their unit in brackets; otherwise they are in tube diameters.
 
     Raises:
-        ValueError: The file cannot be read, a line is no number, or the case has no units; says what is allowed.
+        ValueError: The file cannot be read, a line is not a number, or there is a unit but no scales; says what is
+            allowed.
     """
     try:
         lines = [line.strip() for line in file.read_text(encoding="utf-8-sig").splitlines() if line.strip()]

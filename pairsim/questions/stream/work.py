@@ -1,4 +1,4 @@
-"""How much work the parts of a stream are, in quasi-steady solutions of a bead alone."""
+"""The work of the parts of a computation of streams, in units of a quasi-steady solution of a single bead."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from pairsim.questions.stream import StreamCase
 from pairsim.solvers.rows.short_rows import LEAST, MOST, MOST_BY_PARTICLE, TRAINS, places_of, unequal_places
 
-TRAIN = 12.0  # one of the trains to which the model is fitted, too, where rows are as long as those of pairsim train
-BY_PARTICLE = 2.0  # factor of a row whose velocities are differentiated by each bead; measured
-MOTION = 2e-3  # a bead of a stream on its way; measured
+TRAIN = 12.0  # work of each train to which the model is also fitted, if rows are as long as those of pairsim train
+BY_PARTICLE = 2.0  # factor of the work of a row whose velocities are differentiated by each bead; measured
+MOTION = 2e-3  # work of the motion of a bead along the tube; measured
 
 
 def of_row(case: StreamCase, beads: int) -> float:
@@ -18,12 +18,12 @@ def of_row(case: StreamCase, beads: int) -> float:
 
 
 def with_trains(case: StreamCase) -> bool:
-    """Whether the model is fitted to trains, too."""
+    """Whether the model is also fitted to trains."""
     return case.stream.neighbours == MOST
 
 
 def short_rows(case: StreamCase) -> int:
-    """Number of all short rows."""
+    """The number of short rows."""
     return sum(number for _, number in _short_rows(case))
 
 
@@ -34,7 +34,7 @@ def of_rows(case: StreamCase) -> float:
 
 
 def _short_rows(case: StreamCase) -> Iterator[tuple[int, int]]:
-    """Numbers of beads of short rows, and how many there are."""
+    """Yield the numbers of beads in short rows, each with the number of such rows."""
     yield from ((count, len(places_of(count, LEAST))) for count in range(1, case.stream.neighbours + 1))
     if case.spread:
         yield from ((len(parts), len(places)) for places, parts in unequal_places(any(case.Ca_es), LEAST))

@@ -43,13 +43,13 @@ if TYPE_CHECKING:
     from pairsim.plots.style import Page
     from pairsim.runtime.monitor import Monitor
 
-# Factor of the time for some meshes and the response of the cell, and that within which it is, as one to three meshes
-# are needed; factor for the search of a transition; beads of a cell whose response takes as long as the short rows. By
-# the processor times in tests/questions/test_train.py.
+# Factor of the time for several meshes and the response of the cell, and the factor within which the estimate holds, as
+# one to three meshes are needed; factor for the search for a transition; number of beads in a cell whose response takes
+# as long as the short rows. From the processor times in tests/questions/test_train.py.
 MESHES, BY_MESHES = 2.2, 4.0
 SEARCH = 2.0
 SHORT_ROWS = 150
-OF_A_ROW = 3  # beads that are displaced, of a row with the distance of the train; chosen
+OF_A_ROW = 3  # beads of the row, at the distance of the train, that are displaced from the axis; chosen
 
 K = Column("k", "k", "phase between neighbours in a wave of 2 pi/k beads")
 GROWTH = Column(
@@ -126,13 +126,13 @@ SENTENCES = Entry[list[str]]("sentences", "the answer in words")
 
 
 def _places(case: TrainCase) -> list[str]:
-    """Which of the keys are given that say how far apart the beads are; one is enough."""
+    """Which of the keys that determine the distance between beads are given; there must be one."""
     places = {"d": case.d, "train.spacing": case.train.spacing, "train.transition": case.train.transition}
     return [key for key, value in places.items() if value is not None]
 
 
 def _too_many(case: TrainCase, key: str) -> str:
-    """What one of these keys must be where another one is given before it."""
+    """That one of these keys must be left out, if another one before it is given, too; else ""."""
     first, *others = _places(case) or [key]
     return (
         f"must be left out if {first} is given: beads deform, and one follows from the other" if key in others else ""
@@ -233,12 +233,12 @@ class TrainCase(OffAxisCase):
 
     @property
     def gaps(self) -> tuple[float, ...]:
-        """The one in a period, between undeformed beads."""
+        """The single distance in a period, between undeformed beads [D_c]."""
         return (self.tube_length - max(self.betas, default=0.0),)
 
     @property
     def listed(self) -> tuple[float, ...]:
-        """The first distances of a row, if these are given [D_c]."""
+        """The first distances of a row from upstream [D_c]; empty if they are not given."""
         return self.d if isinstance(self.d, tuple) else ()
 
     @property
@@ -258,7 +258,7 @@ class TrainCase(OffAxisCase):
         return self.train.spacing or max(self.betas, default=0.0) + d
 
     def resolved(self) -> dict[str, Plain]:
-        return {key: value for key, value in super().resolved().items() if key != "length"}  # which must not be given
+        return {key: value for key, value in super().resolved().items() if key != "length"}  # no case may give it
 
     def _slug_parts(self) -> list[str]:
         distance = f"d{self.mean_d:g}" if self.mean_d is not None else f"spacing{self.tube_length:g}"
@@ -272,7 +272,7 @@ def check(case: TrainCase) -> Iterator[Mistake]:
 
 
 def estimate(case: TrainCase) -> Estimate:
-    """Size and duration: that of one bead on some meshes, and of the cell; and of the short rows for a long one."""
+    """Size and duration of a bead on several meshes and of the cell, and of the short rows if a row is followed."""
     rates = OF_A_ROW * points_off_axis(case)
     if case.beads:
         return steady_estimate(case, case.train.cell + SHORT_ROWS + rates, MESHES)
@@ -291,7 +291,7 @@ class TrainResult(Result):
     """An infinite train. `table` is train.csv, with one row; `frame("spectrum")` has a row for each wave."""
 
     def findings(self) -> list[str]:
-        """Whether the train orders or clusters, within which length of tube, and what becomes of a row."""
+        """Whether the train orders or clusters, within what length of tube, and what becomes of a row."""
         said = "What was found is in train.csv; the answer in words is written when all is done."
         found = SENTENCES.of(self.record) or [said if self.columns.rows else "No train was found."]
         return [*found, *lines_beside(self.tables, self.record)]

@@ -1,4 +1,4 @@
-"""The growth rates of a train, and what they say."""
+"""The computation of a train: its growth rates, and the answer that follows from them."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from pairsim.solvers.steady.first_solution import first_scene
 from pairsim.solvers.trains.spectrum import Wave
 from pairsim.solvers.trains.train import Train, on_meshes, transition
 
-FAST = 0.3  # rate times t_relax from which on an answer says that beads move while they remember; chosen
+FAST = 0.3  # rate times t_relax above which it is a warning that disturbances change while stresses relax; chosen
 TUBES = "tube", "tube_least", "tube_most"
 CHANGES = {"orders": (1 / 10, "of 20 % becomes one of 2 %"), "clusters": (10.0, "of 2 % becomes one of 20 %")}
 
@@ -65,7 +65,7 @@ def computation(case: TrainCase, monitor: Monitor, workers: Workers) -> events.E
         return events.Outcome("finished", end.reason, end.message)
     answer, names = Answer(found, slope), TRAIN.named(1)
     yield events.Table("train", names)
-    yield events.Row("train", dict.fromkeys(names) | answer.row())  # the result that is waited for
+    yield events.Row("train", dict.fromkeys(names) | answer.row())  # the main result, before rows and spectrum
     waves = [wave._asdict() for wave in found.spectrum.of_cell]
     yield events.Table("spectrum", SPECTRUM.named(1), waves)
     sentences = list(_train_in_words(case, answer))  # to which those of a row are added
@@ -81,9 +81,15 @@ def computation(case: TrainCase, monitor: Monitor, workers: Workers) -> events.E
 def _off_axis(
     case: TrainCase, problem: SteadyProblem, alone: Parameters, distances: Sequence[float]
 ) -> Generator[events.Event, None, list[Text]]:
-    """Rates off the axis of short rows with the least and the largest of some distances, ascending; returns warnings.
+    """Compute rates off the axis of short rows, at the least and at the largest distance; returns warnings.
 
-    Those of an infinite train are not computed: what neighbours of neighbours do is small.
+    Rates of an infinite train are not computed: the effect of second neighbours is small.
+
+    Args:
+        case: The case.
+        problem: The problem of a single bead in the train.
+        alone: The materials of a single bead.
+        distances: The distances [D_c], ascending.
     """
     chosen = dict.fromkeys((distances[0], distances[-1]))
     length = OF_A_ROW * problem.betas[0] + (OF_A_ROW - 1) * distances[-1] + 2 * case.margin
@@ -101,11 +107,12 @@ def _off_axis(
 
 @dataclass(frozen=True)
 class Answer:
-    """What a train says: its numbers, and those that follow from its growth rates.
+    """The results of a train: its numbers, and those that follow from its growth rates.
 
     Attributes:
         found: The train.
-        slope: That of `transition`, with which its distance has an error; nan of one that is no transition.
+        slope: The slope that `transition` returns, from which the error of its distance follows; nan if the distance of
+            the train is not that of a transition.
     """
 
     found: Train
@@ -113,7 +120,7 @@ class Answer:
 
     @property
     def verdict(self) -> str:
-        """Whether it orders or clusters."""
+        """Whether the train "orders", "clusters", does "neither", or is "undecided"."""
         return self.found.spectrum.verdict
 
     @property
@@ -129,7 +136,10 @@ class Answer:
 
     @cached_property
     def tubes(self) -> tuple[float, ...]:
-        """Length of tube for a spread to change tenfold, the least and the largest [D_c]; none where it does not."""
+        """Length of tube in which a spread of the distances changes tenfold, and its least and largest value [D_c].
+
+        Empty if the train neither surely orders nor surely clusters.
+        """
         if self.verdict not in CHANGES:
             return ()
         lengths = self.found.U * np.array(self.found.spectrum.time_to(CHANGES[self.verdict][0]))
@@ -137,7 +147,7 @@ class Answer:
 
     @property
     def d_error(self) -> float | None:
-        """Half-width of the distance of a transition [D_c]; None of one that is none."""
+        """Half-width of the distance of a transition [D_c]; None if the distance is not that of a transition."""
         if not isfinite(self.slope):
             return None
         wave = self.found.spectrum.least_stable
@@ -164,7 +174,7 @@ class Answer:
 
 
 def _train_in_words(case: TrainCase, answer: Answer) -> Iterator[str]:
-    """What a train says, in words."""
+    """Yield the answer of a train in words."""
     scales, verdict, train, fastest = case.scales, answer.verdict, answer.found, answer.wave
     U = in_unit(scales, VELOCITY, train.U, train.U_error)
     growth, C = (in_unit(scales, RATE, *each) for each in ((fastest.growth, fastest.growth_error), answer.diffusion))
@@ -195,7 +205,7 @@ def _train_in_words(case: TrainCase, answer: Answer) -> Iterator[str]:
 
 
 def _warnings(case: TrainCase, found: Train) -> list[str]:
-    """Warnings of errors larger than wanted, and of beads that move while they remember."""
+    """Warnings of errors larger than wanted, and of disturbances that change while shapes and stresses relax."""
     warnings, part = (
         [*beyond_checked(case), *coarse_mesh(case, U.name)],
         abs(found.spectrum.rates).max() * found.t_relax,

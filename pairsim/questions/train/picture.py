@@ -21,9 +21,10 @@ from pairsim.record.table_files import read_table
 
 @printing()
 def draw_train(directory: Path, out: Path, page: Page) -> list[Path]:
-    """Draw `train`, growth rates and frequencies over k, and of a row `row` and `kymograph`.
+    """Draw `train`, growth rates and frequencies over k, and, if a row was followed, `row` and `kymograph`.
 
-    `row` has the distances over the position, and those at both ends; `kymograph` has the beads beside their middle.
+    `row` shows the distances over the position, and histograms of them at both ends; `kymograph` shows the beads
+    relative to their middle.
     """
     units = Units.of(directory, page.physical)
     train, waves, row = (

@@ -1,4 +1,4 @@
-"""A row of beads that is followed along the tube, and what becomes of it."""
+"""The motion of a row of beads along the tube, and what becomes of its distances."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ from pairsim.solvers.rows.row_motion import TOLERANCE, Places, move, propagator
 from pairsim.solvers.rows.short_rows import LEAST, MOST, TRAINS, Chain, short_rows
 from pairsim.solvers.trains.train import Train
 
-LONG = 50.0  # length of the tube of short rows over the diameter of a bead, as of other cases
-PLACES = 101  # rows of row.csv
+LONG = 50.0  # length of the tube of short rows over the diameter of a bead, as for other cases with periodic ends
+PLACES = 101  # number of rows of row.csv
 
 
 def first_gaps(case: TrainCase, d: float) -> Array:
-    """The first distances of the row in a train with distance d [D_c], shape (N-1,); none if no row is followed.
+    """The first distances of a row with the mean distance d [D_c], shape (N-1,); empty if no row is followed.
 
-    Those at random have a gamma distribution beyond `min_gap`.
+    Random distances have a gamma distribution above `min_gap`.
     """
     row = case.row
     if row.beads is None:
@@ -48,8 +48,9 @@ class Progress:
 
     Attributes:
         done: The work that is done.
-        scale: Factor of it, since some of that of the case was not needed: what is left goes on evenly.
-        solutions: Solutions so far.
+        scale: Factor of it in the progress shown, since some of the estimated work was not needed; what is left then
+            advances evenly.
+        solutions: Number of solutions so far.
     """
 
     done: float
@@ -57,7 +58,7 @@ class Progress:
     solutions: int = 0
 
     def after(self, work: float, words: str) -> events.Progress:
-        """The event after a solution that was so much work."""
+        """The event after a solution that took this much work."""
         self.done += work
         self.solutions += 1
         return events.Progress(self.scale * self.done, words, self.solutions)
@@ -68,9 +69,9 @@ class Motion:
     """How a row moves along the tube, at `PLACES` times [D_c/U_av].
 
     Attributes:
-        model: Velocities of the row.
-        places: The places of the particles, without their lengths, at times.
-        steps: The times of the steps, shape (m,).
+        model: The model that gives the velocities of the row.
+        places: The places of the particles, as if they had no length [D_c], as a function of time.
+        steps: The times of the steps [D_c/U_av], shape (m,).
         contact: Distance at which particles touch [D_c].
     """
 
@@ -81,7 +82,7 @@ class Motion:
 
     @cached_property
     def times(self) -> Array:
-        """The times, shape (PLACES,)."""
+        """The times [D_c/U_av], shape (PLACES,)."""
         return np.linspace(0.0, self.steps[-1], PLACES)
 
     @cached_property
@@ -106,7 +107,7 @@ class Motion:
 
     @cached_property
     def dU_errors(self) -> Array:
-        """Their half-widths."""
+        """Their half-widths [U_av], of the same shape."""
         return np.array([self.model.dU_errors(d) for d in self.distances])
 
     def rows(self, diameter: float) -> list[dict[str, float]]:
@@ -117,7 +118,10 @@ class Motion:
         return [table_row(n, dict(zip(ROW, moment, strict=True))) for moment in values]
 
     def neighbours(self, count: int, least: float) -> Array:
-        """Distances of so many neighbours in the row, where all are at least so large, shape (any, count - 1)."""
+        """Distances of all sets of `count` neighbours at all times, shape (sets, count - 1).
+
+        Sets with a distance below `least` [D_c] are left out.
+        """
         found = sliding_window_view(self.distances, count - 1, axis=1).reshape(-1, count - 1)
         return np.asarray(found[found.min(axis=1) >= least])
 
@@ -132,15 +136,25 @@ def follow(
     unneeded: float,
     workers: Workers,
 ) -> Generator[events.Event, None, list[str]]:
-    """Follow a row from its first distances [D_c], (N-1,), along the tube; returns what it says.
+    """Follow a row along the tube.
 
-    Problem and parameters are those of a bead alone in the train. So much work is done, and of that of the case so much
-    was not needed. Workers share the short rows.
+    Args:
+        case: The case.
+        problem: The problem of a single bead in the train.
+        alone: The materials of a single bead.
+        gaps: The first distances of the row [D_c], shape (N-1,).
+        train: The train of the same mean distance, with which the model of the row is compared.
+        done: The work that is done already, in the unit of `work.py`.
+        unneeded: The part of the estimated work of the case that turned out not to be needed.
+        workers: The processes that share the short rows.
+
+    Returns:
+        The sentences of the answer about the row.
     """
     progress = Progress(done, work.of_case(case) / (work.of_case(case) - unneeded))
     problem, n = replace(problem, length=LONG * problem.betas[0], closed=False), len(gaps) + 1
     least = min(LEAST, gaps.min() if case.listed else gaps.mean() / 2)
-    # What the rows depend on is named as streams name it, so that both find the same ones.
+    # The arguments are named as in `questions/stream`, so that both find the same kept rows.
     kept = KeptRows.of(case, problem, alone, most=MOST, by_particle=False, least=least)
     model = yield from _model(kept, problem, alone, least, progress, workers)
     steps, places = move(model, gaps, case.row.min_gap, case.row.tube, problem.monitor)
@@ -171,7 +185,7 @@ def follow(
 def _model(
     kept: KeptRows, problem: SteadyProblem, alone: Parameters, least: float, progress: Progress, workers: Workers
 ) -> Generator[events.Event, None, RowModel]:
-    """Solve short rows and trains, down to a least distance, and fit the model of long rows to them."""
+    """Solve short rows and trains, down to the distance `least` [D_c], and fit the model of long rows to them."""
     chains = [*short_rows(least)]
     total, rows, trains = sum(len(chain.places) for chain in chains), 0, 0
     solving = known_rows(kept, problem, alone, chains, TRAINS, workers)
@@ -191,7 +205,7 @@ def _model(
 
 
 def _row_in_words(case: TrainCase, motion: Motion) -> Iterator[str]:
-    """What becomes of the distances of the row, and which close."""
+    """Yield what becomes of the distances of the row, and which gaps close, in words."""
     ends, count = motion.distances[[0, -1]], motion.distances.shape[1]
     spreads = " to ".join(f"{100 * d.std() / d.mean():.3g} %" for d in ends)
     means = " to ".join(in_unit(case.scales, LENGTH, d.mean()) for d in ends)
@@ -217,7 +231,7 @@ def _row_in_words(case: TrainCase, motion: Motion) -> Iterator[str]:
 
 
 def _audited(model: RowModel, audits: Sequence[Row], train: Train, count: int) -> str:
-    """By how much the model is off rows that were solved in full, of so many neighbours, and off the train."""
+    """The errors of the model, in words: against `audits`, rows of `count` neighbours solved in full, and the train."""
     off = 100 * max(abs(model.row(row.gaps).dU - row.dU).max() / abs(row.dU).max() for row in audits)
     k, rates = train.spectrum.waves
     growth = 100 * abs(model.growth(train.d, k) - rates).max() / abs(rates).max()

@@ -1,7 +1,7 @@
-"""How much work the parts of a train are, of which progress is a part.
+"""The work of the parts of a computation of trains, in proportion to which progress is shown.
 
-The unit is a quasi-steady solution of a bead alone, 0.1 to 0.2 s on one core. A short row of N beads is N^2 of them;
-the other parts are what they took beside these, of rows in a Newtonian and in two Giesekus liquids.
+The unit is a quasi-steady solution of a single bead, 0.1 to 0.2 s on one core. A short row of N beads counts as N^2 of
+these; the other parts were measured relative to them, for rows in a Newtonian and in two Giesekus liquids.
 """
 
 from __future__ import annotations
@@ -9,14 +9,14 @@ from __future__ import annotations
 from pairsim.questions.train import TrainCase
 from pairsim.solvers.rows.short_rows import LEAST, MOST, TRAINS, places_of
 
-TRANSITION = 120.0  # the distance at which trains change
-MESHES = (20.0, 20.0, 45.0)  # growth rates on two meshes, and on each further one
-TRAIN = 12.0  # of one of the trains to which the model of long rows is fitted
-MODEL = 10.0  # this model
-BEAD = 0.15  # motion and half-widths of a bead of a long row
-CHANGES = 0.01  # how one distance of a row changes with another
-AUDITED = 6  # beads of the rows on the way that are solved to know the error; chosen
-MOST_PROPAGATED = 50  # beads of a row whose changes are followed; chosen
+TRANSITION = 120.0  # search for the distance at which trains change
+MESHES = (20.0, 20.0, 45.0)  # growth rates on the first two meshes together, and on each of two finer ones
+TRAIN = 12.0  # each of the trains to which the model of long rows is fitted
+MODEL = 10.0  # fit of this model
+BEAD = 0.15  # motion and half-widths of each bead of a long row
+CHANGES = 0.01  # derivative of one distance of a row by another one
+AUDITED = 6  # beads in the parts of the row that are solved in full to know the error of the model; chosen
+MOST_PROPAGATED = 50  # largest number of beads of a row for which these derivatives are computed; chosen
 
 
 def of_short_row(beads: int) -> float:
@@ -31,7 +31,7 @@ def of_rows() -> float:
 
 
 def of_motion(beads: int) -> float:
-    """The work of the motion of a long row and its half-widths, with the model that it takes."""
+    """The work of the motion of a long row and its half-widths, and of the fit of its model."""
     return MODEL + BEAD * beads
 
 
@@ -41,7 +41,7 @@ def of_audits(beads: int) -> float:
 
 
 def of_case(case: TrainCase) -> float:
-    """All the work of a train at most: fewer meshes may do."""
+    """The work of a train at most; fewer meshes may be enough."""
     work = sum(MESHES) + (TRANSITION if case.train.transition is not None else 0.0)
     if not (beads := case.beads):
         return work
