@@ -13,7 +13,7 @@ from pairsim.cases.identity import identity_of
 from pairsim.cases.keys import Part, keys_of
 
 OF_BOX = {"De", "time", "weight"}  # numbers that descriptions of a liquid leave out: De is a parameter of the box
-SAME = 1e-9  # relative difference of parameters that is rounding
+SAME = 1e-9  # relative difference of parameters up to which it is due to rounding
 
 
 def beyond(case: SceneCase, atlas: Atlas, *, unequal: bool = False) -> list[str]:
@@ -33,7 +33,7 @@ def beyond(case: SceneCase, atlas: Atlas, *, unequal: bool = False) -> list[str]
     if of_unequal is not None:
         return found + of_unequal.outside(case.betas, case.De if same else atlas.box["De"][0], case.Ca_es)
     if not same:
-        del numbers["De"]  # which is that of another liquid, or of none
+        del numbers["De"]  # which belongs to another liquid, or to none
     return found + atlas.outside(**numbers)
 
 

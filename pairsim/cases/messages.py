@@ -27,8 +27,7 @@ from pairsim.runtime.text import as_typed
 
 CLOSE = 0.65  # least similarity (difflib) at which a key counts as a misspelling of another
 LEFT_OUT = {"inertia": r"inertia|reynolds|^re$", "gravity": r"gravity"}
-"""Effects that the model leaves out unless a key adds them (`Key.models`), each with a pattern of keys that ask for it.
-"""
+"""Effects that the model leaves out unless a key adds them (`Key.models`), with patterns of keys that ask for them."""
 OTHER_SCENES = r"off_?(axis|set)|eccentric|lateral|channel|wall|square"
 """Pattern of keys that ask for scenes that are not modelled."""
 ADAPTED = {

@@ -33,8 +33,7 @@ COMMON = {
     "m^3": {"pl": 1.0000000000000003e-15, "nl": 1.0000000000000004e-12, "ul": 1.0000000000000003e-09},
     "kg/m^3": {"kg/m^3": 1.0},
 }
-"""Common units in SI units, with pint's values. For them pint is not loaded, which takes longer than an atlas's answer.
-"""
+"""Common units in SI units, with pint's values: loading pint for them would take longer than an answer of an atlas."""
 MEASURING = {
     "[length]": {"meter", "micron", "angstrom", "inch", "thou", "foot", "yard", "mile"},
     "[time]": {"second", "minute", "hour", "day", "week"},

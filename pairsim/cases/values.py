@@ -59,7 +59,7 @@ DistanceOrLength = Annotated[
 MOST_TIME = 1e6
 Time = Annotated[Number, Field(ge=1e-9, le=MOST_TIME)]
 
-MOST_VALUES = 10_000  # of a list or range
+MOST_VALUES = 10_000  # largest number of values of a list or range
 
 
 class Range[T](BaseModel):

@@ -57,7 +57,7 @@ class PressureResult(Result):
     """Extra pressure drops. `table` is pressure.csv, with a row for each Ca_e."""
 
     def findings(self) -> list[str]:
-        """How much the particle adds to the pressure drop, at the least and at the largest Ca_e."""
+        """How much the particle adds to the pressure drop, at the first and at the last Ca_e."""
         if not self.columns.rows:
             return ["No pressure drop was found."]
         Ca_e, dp, error = (self.columns[column] for column in (CA_E, DP_PLUS, DP_PLUS_ERROR))

@@ -72,7 +72,7 @@ def _counted(stream: Stream, places: Array, drop: float | None) -> Array:
     """`Way.counted` at one length of tube."""
     touching = np.concatenate([[False], stream.touching, [False]])
     in_contact = touching[1:] | touching[:-1]
-    # While the liquid of a drop passes at U_av, the beads, at U, pass on U/U_av times the length of tube.
+    # While the liquid of a drop passes at U_av, the beads on U/U_av times its length of tube pass, as they move at U.
     drops = np.full(KINDS, np.nan) if drop is None else shares(places, drop * float(stream.velocities.mean()))
     return np.array([stream.gaps.std() / stream.gaps.mean(), in_contact.mean(), *drops])
 
