@@ -154,7 +154,7 @@ class WallTime(RunFailure):
 
 
 class BudgetSpent(RunFailure):
-    """The time budget is spent, or a command without one has used its processor time up to a first result."""
+    """The time budget is spent, or a command without a budget has found nothing for minutes."""
 
     reason = "budget"
 
