@@ -1,1 +1,1 @@
-"""What instruments give, and what is answered without computing: films, rheometers, cytometers, atlases."""
+"""Data of instruments, and answers without computing: films, rheometers, cytometers, atlases."""

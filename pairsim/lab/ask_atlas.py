@@ -1,4 +1,4 @@
-"""What a pair of an experiment does, read from an atlas: `ask`."""
+"""Answers for a pair of an experiment, read from an atlas: `ask`."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ from pairsim.record.run_entries import DRAWN, NOTES, STATUS, WARNINGS
 from pairsim.runtime.errors import InputError
 
 SOURCE = "pairsim ask"
-POINTS = 9  # asked for of a curve that is computed, which adds others
+POINTS = 9  # distances given to a curve that is computed; it adds others
 
 
 def ask(
@@ -51,25 +51,25 @@ def ask(
     progress: bool = False,
     **given: Any,
 ) -> Any:
-    """What a pair of beads does, from an atlas of master curves and so at once.
+    """Tell what a pair of beads does: from an atlas of master curves, and therefore at once.
 
     The beads may differ in size and modulus, by no more than the ratios of the atlas.
 
     Args:
         case: A case, as for `load`; or else the quantities of an experiment are `given`.
-        atlas: File of an atlas, atlas.npz of `pairsim atlas`; None: those that ship, of which the one of the law of the
-            liquid answers.
+        atlas: File of an atlas, the atlas.npz of `pairsim atlas`; None: the atlases that ship, of which the one for the
+            law of the liquid answers.
         compute: Compute the curve where the atlas has no answer.
         folder: Folder of this curve; None: a temporary one.
-        progress: Whether its progress is shown.
+        progress: Whether to show the progress of its computation.
         given: As for `units`: `tube="50um"`, `particle="20um"`, `flow_rate="1ul/min"`, and others; or keys of a case,
             which replace those of `case`.
 
     Returns:
-        A curve, as of `pairsim.curve`, with `findings()`, `dU(d)` and `travel(start, stop)`. Half-widths of quantities
-        such as `modulus="1.5 +- 0.3 kPa"` have their own part in the answer, by Monte Carlo on the atlas:
-        `record["dU_inputs"]` has the ends, `least` and `largest` [um/s], of the range that holds 95 % of draws of them,
-        at distances `d` [D_c], and the part of the draws `outside` of the atlas.
+        A curve, as of `pairsim.curve`, with `findings()`, `dU(d)` and `travel(start, stop)`. What half-widths of
+        quantities, such as `modulus="1.5 +- 0.3 kPa"`, change is computed by Monte Carlo on the atlas:
+        `record["dU_inputs"]` has the ends, `least` and `largest` [um/s], of the range that holds dU for 95 % of the
+        draws at distances `d` [D_c], and the fraction of draws `outside` of the atlas.
 
     Raises:
         InputError: A quantity is wrong; or the atlas has no answer, and the curve is not to be computed.
@@ -103,7 +103,7 @@ def ask(
         record = record.with_entries({DRAWN: vars(range_of_draws(asked, chosen))})
     content = Content({"curve": curve.table, "equilibria": curve.equilibria}, record, asked)
     result = question.result(question, content=content, source=SOURCE)
-    result.curve = curve.named(SOURCE, record)  # whose interpolant is there already
+    result.curve = curve.named(SOURCE, record)  # its interpolant has been made already
     return result
 
 
@@ -116,9 +116,9 @@ def _curve_of(case: SceneCase, atlas: Atlas) -> Curve:
 def asked_of(
     case: AnyCase | None = None, *, atlas: Path | str | None = None, **given: Any
 ) -> tuple[Atlas, SceneCase, list[str]]:
-    """The atlas that answers, the checked case of a curve of a pair over its distances, and why it has no answer.
+    """The atlas that answers, the case of the pair's curve over its distances, and the reasons why it has no answer.
 
-    Arguments are those of `ask`.
+    The reasons are empty where it has one. Arguments are those of `ask`.
 
     Raises:
         InputError: A quantity or the file is wrong.
@@ -136,10 +136,17 @@ def _atlases(file: Path | str | None) -> list[Atlas]:
 def _of_its_law(
     case: SceneCase, atlases: Sequence[Atlas], *, unequal: bool = False
 ) -> tuple[Atlas, list[str], list[Atlas]]:
-    """Of several atlases the one of the law of the liquid, why it has no answer, and others that have one, too.
+    """Choose the atlas for the law of the liquid.
 
-    At De = 0 an atlas of viscoelastic liquids has answers, too, but most of its curves are elsewhere. `unequal` is
-    whether beads may differ.
+    At De = 0 an atlas of viscoelastic liquids has answers, too, but most of its curves are elsewhere.
+
+    Args:
+        case: The case of a curve of a pair.
+        atlases: At least one.
+        unequal: Whether the beads may differ.
+
+    Returns:
+        The atlas, the reasons why it has no answer (empty if it has one), and the others that have an answer, too.
     """
     answers = [(atlas, beyond(case, atlas, unequal=unequal)) for atlas in atlases]
     chosen, reasons = min(answers, key=lambda each: (bool(each[1]), not is_of_its_law(case, each[0]), len(each[1])))
@@ -147,7 +154,7 @@ def _of_its_law(
 
 
 def _doubts(case: SceneCase) -> Iterator[str]:
-    """Why a computation of a case may not find what is asked for."""
+    """Reasons why the computation of a case may not find the answer."""
     if beyond_checked(case):
         yield f"above De = {MOST_DE:g} no dU was compared with finer meshes, and it may find no steady state"
     yield from beyond_steady_shapes(case.betas, case.Ca_es)
@@ -155,14 +162,14 @@ def _doubts(case: SceneCase) -> Iterator[str]:
 
 
 def _inertia(case: SceneCase) -> Iterator[str]:
-    """That inertia may matter, where the density of the liquid is known."""
+    """Warnings that inertia may matter; none where the density of the liquid is not known."""
     if (Re := case.reynolds_number) is not None and not (inertia := Inertia.of(case, Re)).is_negligible:
         for text in inertia.warnings:
             yield f"{text} ({inertia.sentence.partition(': ')[2]})"
 
 
 def _disagreements(case: SceneCase, curve: Curve, others: Sequence[Atlas]) -> list[str]:
-    """Where other atlases with an answer are off its curve by more than both half-widths, in words."""
+    """Sentences on other atlases whose dU differs from that of the curve by more than the sum of both half-widths."""
     found, (d, ours, error_of_ours) = [], (curve.table[each] for each in (DISTANCE, DU, DU_ERROR))
     for other in others:
         theirs = _curve_of(case, other).of()
@@ -187,15 +194,16 @@ def _disagreements(case: SceneCase, curve: Curve, others: Sequence[Atlas]) -> li
 
 
 def _case_of(atlas: Atlas, case: AnyCase | None, **given: Any) -> SceneCase:
-    """The checked case of a curve of a pair over the distances of an atlas; other arguments are those of `ask`.
+    """The validated case of a pair's curve over the distances of an atlas; other arguments are those of `ask`.
 
     Raises:
-        InputError: A quantity is wrong, it is no case of a pair, or has a key that no curve has and that matters.
+        InputError: A quantity is wrong, the case is not that of a pair, or it has a key that matters but that curves do
+            not have.
     """
     ends = {"ends": "developed", "length": "auto"}
     more = {"d": dict(zip(("start", "stop"), atlas.box["d"], strict=True), num=POINTS)}
     if case is None and given and not given.keys() & {BLOCK, *Physical.model_fields}:
-        case = {}  # whose keys are given
+        case = {}  # all of its keys are in `given`
     if case is None:
         found = case_of_experiment(kind="curve", **{**ends, **given, **more}).case
     else:
@@ -205,7 +213,7 @@ def _case_of(atlas: Atlas, case: AnyCase | None, **given: Any) -> SceneCase:
         keys, of_curve = loaded.model_dump(mode="json", exclude_unset=True), QUESTIONS["curve"].model.model_fields
         block = {key: value for key, value in keys.pop("physical", {}).items() if key not in ("distance", "end")}
         declared = keys_of(type(loaded))
-        for key in keys.keys() - of_curve.keys():  # where and when a run begins and ends changes nothing of a curve
+        for key in keys.keys() - of_curve.keys():  # where and when a run begins and ends does not matter
             if declared[key].of_problem and getattr(loaded, key) != declared[key].default:
                 raise InputError(SOURCE, key, keys[key], "must be left out: an atlas does not know it")
         known = {key: value for key, value in keys.items() if key in of_curve}

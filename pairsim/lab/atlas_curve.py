@@ -39,11 +39,12 @@ def curve_of_atlas(
 
     Args:
         atlas: The atlas.
-        beta, De, Ca_e: The pair: one value of both beads, or those of the trailing and the leading one.
-        stiffness: Whether the derivative by the difference of the moduli is among them, if the atlas knows it.
+        beta, De, Ca_e: The pair: one value for both beads, or those of the trailing and the leading one.
+        stiffness: Whether the derivative by the difference of the moduli is added, if both beads are soft and the atlas
+            has unequal pairs.
 
     Raises:
-        InputError: The pair is outside of the box, or its beads differ by more than the atlas knows.
+        InputError: The pair is outside of the box, or its beads differ by more than those of the atlas do.
     """
     betas, Ca_es = (np.broadcast_to(np.asarray(each, dtype=float), 2).tolist() for each in (beta, Ca_e))
     if betas[0] == betas[1] and Ca_es[0] == Ca_es[1]:

@@ -1,4 +1,4 @@
-"""The case of an experiment: of its quantities, and of what was measured of its liquid."""
+"""The case of an experiment, made from its quantities and from measurements of its liquid."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ class OfExperiment(NamedTuple):
     """The case of an experiment, and what it is made of."""
 
     case: SceneCase
-    quantities: dict[str, Any]  # of its `physical` block, as they were given or follow from what was
-    keys: dict[str, Any]  # its other keys, alike
+    quantities: dict[str, Any]  # of its `physical` block, as given or as derived from what was given
+    keys: dict[str, Any]  # its other keys, likewise
     fit: MeasuredLiquid | None  # the liquid that was fitted to files of a rheometer, if there were any
 
 
@@ -92,14 +92,14 @@ def case_of_experiment(
 
 
 def _liquid_of(carrier: str, celsius: float) -> tuple[Mapping[str, str | float], str]:
-    """The law of a carrier, as the value of `liquid` in a case, and its consistency."""
+    """The law of a carrier, as the value of `liquid` in a case, and its consistency with its unit."""
     K, n = methyl_cellulose(carrier, celsius)
     power_law = next(name for name, law in LAWS.items() if law.parameters().keys() == {"n"})
     return {"law": power_law, "n": round(n, 6)}, f"{K:.6g}Pa.s^{n:.6f}"
 
 
 def _checked_pressure(pressure: str | None, over: str | None, quantities: Mapping[str, object]) -> tuple[str, str]:
-    """A pressure drop and the length of tube over which it falls, which take the place of the flow.
+    """A pressure drop and the length of tube over which it falls, given in place of the flow.
 
     Raises:
         InputError: One of them is missing, or the flow is given, too.

@@ -1,4 +1,4 @@
-"""The dimensionless numbers and scales of an experiment, and a case file of it: `units`."""
+"""The dimensionless numbers and scales of an experiment, and its case file: `units`."""
 
 from __future__ import annotations
 
@@ -31,19 +31,19 @@ from pairsim.runtime.errors import NoSteadyState
 if TYPE_CHECKING:
     from pairsim.lab.rheometer.rheology_of_case import Listener, MeasuredLiquid
 
-COLUMN = 24  # of the comments in a case file
-FURTHER = re.compile(r"[;:]| \(|, ")  # from here on the description of a key is for the reference
+COLUMN = 24  # at which comments begin in a case file
+FURTHER = re.compile(r"[;:]| \(|, ")  # ends the part of a key's description that is shown in a comment
 
 Row = tuple[str, str, str]  # name, value with unit, and meaning
 
 
 @dataclass(frozen=True, repr=False)
 class Units:
-    """What `pairsim units` says of an experiment.
+    """The answer of `pairsim units` on an experiment.
 
     Attributes:
         case: The case, to be given to `run` or another function.
-        written: The keys of the case that were given or follow from what was.
+        written: The keys of the case that were given, or were derived from what was given.
         numbers: The dimensionless numbers.
         scales: The units of length, velocity, time and stress, and the flow without particles.
         notes: Whether inertia is negligible, defaults used, and warnings.
@@ -64,7 +64,7 @@ class Units:
         return "\n".join([*(f"note: {each}" for each in self.case.remarks), *rows, *self.notes])
 
     def case_file(self, name: str) -> str:
-        """The text of a case file of this name, if it can be one, with what was given, and a comment a line."""
+        """The text of a case file with what was given, and comments; the case gets this name if it is a valid one."""
         numbers = ", ".join(f"{name} {value}" for name, value, _ in self.numbers)
         said = [*(self.fit.sentences if self.fit else ()), *self.notes]
         warnings = [note.removeprefix("warning: ") for note in said if note.startswith("warning: ")]
@@ -106,12 +106,12 @@ def units(
         kind: The command that the case is for.
         pressure: Pressure drop in place of the flow rate, such as "20kPa".
         over: Length of tube over which it falls, such as "5cm".
-        rheology: File of a flow curve, to which the liquid is fitted: shear rate, viscosity or stress, N1.
-        spectrum: File of moduli, alike: frequency, G', G''.
-        section: A part of the name of the section that is read in a file of several; several names for two files.
-        listener: What is told while the files are read and fitted.
-        carrier: Methyl cellulose of deformability cytometry in place of a liquid, such as "0.59% MC-PBS".
-        celsius: Its temperature.
+        rheology: File of a flow curve to which the liquid is fitted: shear rate, viscosity or stress, N1.
+        spectrum: File of moduli, likewise: frequency, G', G''.
+        section: A part of the name of the section to be read, if a file has several; several names for two files.
+        listener: Receives messages while the files are read and fitted.
+        carrier: A methyl-cellulose medium of deformability cytometry in place of a liquid, such as "0.59% MC-PBS".
+        celsius: Temperature of the carrier, in degrees Celsius.
         given: The keys of a `physical` block, each a text with its unit such as `tube="50um"`, and other keys of a
             case, such as `liquid={"law": "power-law", "n": 0.6}`. Without a modulus the particles are rigid.
 
@@ -176,9 +176,9 @@ def _scales(scales: Scales) -> Iterator[Row]:
 def _of_flow(
     liquid: Liquid, scales: Scales, fit: MeasuredLiquid | None, celsius: float | None
 ) -> tuple[list[Row], list[str]]:
-    """What the liquid without particles does at the wall, and warnings of shear bands and of rates beyond the data.
+    """Rows on the flow without particles at the wall, and warnings of shear bands and of rates beyond the data.
 
-    The temperature is that of a named carrier.
+    The temperature, in degrees Celsius, is that of a named carrier; None without one.
     """
     try:
         flow = Pipe(liquid).steady()

@@ -14,11 +14,19 @@ from pairsim.quantities.measurable import Measurable
 from pairsim.runtime.errors import Argument, InputError, NoSteadyState
 
 PRESSURE = Measurable("pressure", kinds.PRESSURE, "pressure drop", "20 kPa")
-SLOWEST, FASTEST, COUNT = 1e-7, 10.0, 33  # mean velocities among which those that fit are looked for [m/s]; chosen
+SLOWEST, FASTEST, COUNT = 1e-7, 10.0, 33  # range [m/s] and number of the mean velocities that are searched; chosen
 
 
 def velocity_for(pressure: str, over: str, case_at: Callable[[str], SceneCase]) -> str:
-    """The mean velocity at which the pressure falls by so much over a length of tube without particles, all with units.
+    """The mean velocity that a pressure drop gives in a tube without particles.
+
+    Args:
+        pressure: The pressure drop with its unit.
+        over: The length of tube over which the pressure falls, with its unit.
+        case_at: Makes the case of a mean velocity, which is given with its unit.
+
+    Returns:
+        The mean velocity with its unit.
 
     Raises:
         InputError: No velocity, or more than one, has this pressure drop.
@@ -30,7 +38,7 @@ def velocity_for(pressure: str, over: str, case_at: Callable[[str], SceneCase]) 
     wanted = si(pressure, PRESSURE) / si(over, A_LENGTH)
 
     def excess(log_velocity: float) -> float:
-        """Logarithm of the pressure gradient over the one wanted; not a number where no case or steady flow is."""
+        """Logarithm of the pressure gradient over the one wanted; nan without a valid case or a steady flow."""
         try:
             case = case_at(f"{math.exp(log_velocity):.17g} m/s")
             scales = case.scales
@@ -42,7 +50,7 @@ def velocity_for(pressure: str, over: str, case_at: Callable[[str], SceneCase]) 
     places = np.linspace(math.log(SLOWEST), math.log(FASTEST), COUNT)
     off = np.array([excess(place) for place in places])
     if np.isnan(off).all():
-        case_at(f"{math.exp(places[COUNT // 2]):.17g} m/s")  # says what else is wrong
+        case_at(f"{math.exp(places[COUNT // 2]):.17g} m/s")  # raises the error that says why
     found = [i for i in range(COUNT - 1) if off[i] * off[i + 1] <= 0]
     if len(found) != 1:
         fitting = ", ".join(f"{math.exp(places[i]):.2g} m/s" for i in found)

@@ -1,4 +1,4 @@
-"""Whether beads like those of an experiment stay on the axis, at once: to first order, of one on its own."""
+"""Whether the beads of an experiment stay on the axis, without computing: for a single bead, to first order."""
 
 from __future__ import annotations
 
@@ -11,9 +11,11 @@ from pairsim.quantities.text import with_name
 
 
 def first_order_focusing(case: SceneCase, Re: float | None) -> Iterator[str]:
-    """What first order says of the beads of a case, a sentence without its full stop; nothing where there is none.
+    """Yield a sentence, without its full stop, on how each bead of a case focuses on its own, to first order.
 
-    Of several different ones it is said of the one that is slowest to focus.
+    For beads that differ it gives the longest of their focusing lengths and the smallest of their limits in Re, and
+    the bead that uses most of the range of first order decides on its validity. Nothing is yielded unless first order
+    applies to all of them.
 
     Args:
         case: The case, with units.

@@ -8,19 +8,19 @@ from dataclasses import dataclass
 from pairsim.cases.case import SceneCase
 
 SMALL_RE = 1.0
-SMALL_PART = 0.1  # inertia is negligible below this fraction of the larger of Ca_e and De
+SMALL_PART = 0.1  # inertia is negligible if Re beta^2 is below this fraction of the larger of Ca_e and De
 RIGID = "rigid particles in a liquid without a memory keep their distance: only inertia, neglected here, changes it"
 LARGE = "inertia may change the distance as much as the softness of the particles and the elasticity of the liquid"
 
 
 @dataclass(frozen=True)
 class Inertia:
-    """What inertia does to a distance, in comparison with softness and elasticity.
+    """The effect of inertia on the distance of particles, in comparison with softness and elasticity.
 
     Attributes:
         Re: The Reynolds number rho U_av D_c/eta_0.
-        of_particle: That of the largest particle, Re beta^2.
-        drive: The larger of Ca_e and De, which changes distances as inertia does with `of_particle`.
+        of_particle: Reynolds number of the largest particle, Re beta^2, by which inertia changes distances.
+        drive: The larger of Ca_e and De, by which softness and elasticity change them.
         keeps_distance: Whether nothing but inertia changes distances.
     """
 
@@ -48,7 +48,7 @@ class Inertia:
 
     @property
     def warnings(self) -> Iterator[str]:
-        """What a result without inertia does not say."""
+        """Warnings of what a result without inertia leaves out."""
         if self.keeps_distance:
             yield RIGID
         elif not self.is_negligible:

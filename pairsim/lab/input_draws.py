@@ -1,4 +1,4 @@
-"""What the half-widths of the inputs do to dU of an atlas: draws of them, each with its own dU."""
+"""How far uncertain inputs change dU of an atlas, by Monte Carlo: dU for each of many draws of the inputs."""
 
 from __future__ import annotations
 
@@ -18,16 +18,17 @@ from pairsim.quantities.kinds import LENGTH, VELOCITY
 from pairsim.runtime.arrays import Array, Flags
 from pairsim.solvers.curves.interpolant import hermite, slopes_of
 
-BETWEEN = 4  # distances for each of the atlas, since dU of far pairs falls by factors from one to the next; chosen
-DRAWS = 2000  # of the inputs: the part of them in a range is known to 0.5 %
-KNOWN = {*PARAMETERS, "length", "velocity"}  # what may change from draw to draw, and the difference where it is known
+BETWEEN = 4  # distances in each interval of the atlas, across which dU of distant pairs falls by factors; chosen
+DRAWS = 2000  # number of draws: the fraction of them inside a range has a standard error of 0.5 %
+KNOWN = {*PARAMETERS, "length", "velocity"}
+"""The numbers and scales whose changes from draw to draw enter dU of every atlas."""
 
 
 def range_of_draws(case: SceneCase, atlas: Atlas) -> DrawnRange:
-    """The range that holds dU of `COVERED` of all draws of the inputs, at distances that are constant in units.
+    """The range that holds dU for the fraction `COVERED` of all draws of the inputs, at fixed physical distances.
 
-    What dU is of a draw outside of the atlas is not known. Such draws count as outside of the range, so that it holds
-    as many whatever theirs is; where there are too many of them, it is the range of those inside.
+    For a draw outside of the atlas dU is not known. Such draws count as outside of the range, so that it holds this
+    fraction whatever their dU is; if they are too many for that, it is the range of the draws inside of the atlas.
     """
     scales, numbers = drawn(case, DRAWS)
     assert case.scales is not None
@@ -54,7 +55,7 @@ def range_of_draws(case: SceneCase, atlas: Atlas) -> DrawnRange:
 
 
 def _ends(values: Array) -> tuple[float, float]:
-    """The ends of the range of values, shape (draws,), of which some are nan; 0 and 0 if all are."""
+    """The ends of the range of values, shape (draws,), of which nan count as outside; 0 and 0 if all are nan."""
     known = values[np.isfinite(values)]
     if not len(known):
         return 0.0, 0.0
@@ -66,13 +67,13 @@ def _ends(values: Array) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class _Draws:
-    """Pairs of an atlas in the draws of the inputs.
+    """The pairs that the draws of the inputs are in an atlas.
 
     Attributes:
-        inside: Which of them are in the box and the ratios, shape (draws,).
-        dU: dU of these, shape (inside, distances) [U_av].
-        known: What dU changes with, beside `KNOWN`.
-        beyond: Beyond which ends of the box many draws of beta, De and Ca_e are, in words.
+        inside: Whether each is inside of the box and the ratios of the atlas, shape (draws,).
+        dU: dU of those inside, shape (inside, distances) [U_av].
+        known: Numbers, beside `KNOWN`, whose changes from draw to draw enter dU.
+        beyond: The ends of the box beyond which many draws of beta, De and Ca_e are, in words.
     """
 
     inside: Flags
@@ -82,7 +83,7 @@ class _Draws:
 
     @classmethod
     def of(cls, case: SceneCase, numbers: Mapping[str, Array], atlas: Atlas) -> Self:
-        """The draws of the numbers that differ from draw to draw."""
+        """The pairs of a case with draws of the numbers that differ from draw to draw, as of `cases.inputs.drawn`."""
         given = {"beta": case.betas, "De": (case.De,), "Ca_e": case.Ca_es}
         each = {name: _of_draws(numbers.get(name), own) for name, own in given.items()}
         if differ(case) and (unequal := atlas.of_unequal) is not None:
@@ -107,13 +108,13 @@ class _Draws:
 
 
 def _of_draws(values: Array | None, own: Sequence[float]) -> Array:
-    """A number of each particle in the draws, shape (DRAWS, particles): those drawn, or those of the case."""
+    """A number in all draws, drawn or that of the case, shape (DRAWS, particles), or (DRAWS, 1) if they share it."""
     found = np.asarray(own, dtype=float)[:, None] if values is None else np.atleast_2d(values)
     return np.broadcast_to(found, (max(len(own), len(found)), DRAWS)).T
 
 
 def _beyond(places: Array, atlas: Atlas) -> Iterator[str]:
-    """Beyond which ends of the box many draws of beta, De and Ca_e are, shape (draws, 3)."""
+    """The ends of the box beyond which many draws of beta, De and Ca_e, shape (draws, 3), are, in words."""
     for name, values in zip(PARAMETERS, places.T, strict=True):
         low, high = atlas.box[name]
         for part, words in (((values < low).mean(), f"below {low:g}"), ((values > high).mean(), f"above {high:g}")):

@@ -29,7 +29,7 @@ def load(path_or_dict: AnyCase, *, kind: str | None = None, **overrides: Any) ->
     Args:
         path_or_dict: Path of a case file (YAML), a dict of its keys, or a case.
         kind: The computation that the case is for, such as "run" (in time) or "curve" (quasi-steady, over the
-            distance); by default the first one that has all of its keys, and allows their values.
+            distance); by default the first one that has all keys of the case and allows their values.
         overrides: Keys to replace, such as `Ca_e=0.05`. Groups are merged: `mesh={"Np": 20}` only changes this key of
             `mesh`. Dotted keys are written as `**{"mesh.Np": 20}`. `liquid` and `solid` may be laws of one's own, such
             as `liquid=FeneCR(L2=20)`.

@@ -1,4 +1,4 @@
-"""What was measured, and what models say of it: films of two beads, flow curves and moduli, events of a cytometer."""
+"""Pictures of measurements beside models: films of two beads, flow curves and moduli, events of a cytometer."""
 
 from __future__ import annotations
 
@@ -25,13 +25,23 @@ CURVES = {
     "storage": ("angular frequency  [rad/s]", r"$G'$  [Pa]", "^"),
     "loss": ("angular frequency  [rad/s]", r"$G''$  [Pa]", "v"),
 }
-"""Abscissa, words and marker of each curve."""
-LEAST_SPAN = 1.05  # between the limits of the colours of moduli
+"""Labels of abscissa and ordinate, and marker, of each curve."""
+LEAST_SPAN = 1.05  # smallest ratio of the limits of the colour scale of moduli
 
 
 @printing()
 def draw_film(film: tuple[Array, Array], lines: Mapping[str, tuple[Array, Array]], out: Path, page: Page) -> list[Path]:
-    """Draw `film`: its distances [um] over times [s], lines of models by their names, and by how much these are off."""
+    """Draw `film`: measured distances over time, those of models, and the residuals of the models.
+
+    Args:
+        film: Times [s] and distances [um], shape (frames,) each.
+        lines: Times [s] and distances [um] of each model by its name, shape (n,) each.
+        out: The folder of the picture.
+        page: How it is drawn.
+
+    Returns:
+        The files written.
+    """
     panels = {"d": Panel("$t$  [s]", "$d$  [µm]"), "off": Panel("$t$  [s]", "model - film  [µm]")}
     hollow: Look = {"marker": "o", "markerfacecolor": "none", "markersize": 3}
     series = [Line("d", *film, look={**hollow, "color": "0.5"}, mark=POINT, label="film")]
@@ -45,7 +55,7 @@ def draw_film(film: tuple[Array, Array], lines: Mapping[str, tuple[Array, Array]
 
 @printing()
 def draw_fit(fit: Fit, data: Measured, out: Path) -> None:
-    """Points and lines of the flow curve and of the moduli, a panel each; a PNG file."""
+    """Draw the measured points and the fitted lines of flow curve and moduli, in a panel each, to a PNG file."""
     panels, series = {}, []
     shared = Counter(CURVES[name][0] for name, _, _ in data.curves)
     for i, (name, x, y) in enumerate(data.curves):
@@ -63,11 +73,18 @@ def draw_fit(fit: Fit, data: Measured, out: Path) -> None:
 
 @printing()
 def draw_moduli(events: Array, look_up: Array, out: Path) -> None:
-    """Draw events over lines of equal modulus of a table, (m, 4): area, deformation, modulus, error; a PNG file."""
+    """Draw events over lines of equal modulus to a PNG file.
+
+    Args:
+        events: Area [um^2], deformation, Young's modulus and its half-width [kPa], both nan outside of the look-up
+            table, shape (n, 4).
+        look_up: The look-up table: area [um^2], deformation, modulus [kPa] and its relative half-width, shape (m, 4).
+        out: The file.
+    """
     area, deformation, modulus, _ = events.T
     inside, outside = np.isfinite(modulus), np.isnan(modulus)
     low, high = map(float, np.nanpercentile(modulus, (1, 99)))
-    if high < LEAST_SPAN * low:  # of one event, or of events that are alike
+    if high < LEAST_SPAN * low:  # a single event, or events that hardly differ
         low, high = low / LEAST_SPAN, high * LEAST_SPAN
     figure = (page := Page(width=120.0)).figure(80.0)
     axes = figure.add_subplot(xlabel=r"area  [$\mathrm{\mu m^2}$]", ylabel="deformation")

@@ -28,17 +28,19 @@ Channel = Literal["equivalent", "square", "round"]
 # Width of the tube over that of a square channel in which a Newtonian liquid has the same pressure gradient, and so the
 # same curvature of its velocity on the axis (Mietke et al., Biophys. J. 109, 2023, 2015, supplement S3).
 RATIO = 1.094
-# What the walls of a square channel add to the modulus of a sphere whose diameter is x widths, as sum of a x^p: fitted
-# to dclab's HE-3D-FEM-22 over HE-2D-FEM-22, less the part of the pressure gradients (docs/how-to/cytometry.md).
+# Relative increase of the modulus of a sphere by the walls of a square channel, the sum of a x^p with its diameter x in
+# channel widths: fitted to the ratio of dclab's HE-3D-FEM-22 to HE-2D-FEM-22, from which the ratio of the pressure
+# gradients was taken off (docs/how-to/cytometry.md).
 WALLS = ((0.1736, 4), (0.1692, 12))
-LARGEST = 0.85  # x of the fit
+LARGEST = 0.85  # largest x of the fit
 FITTED_INDEX = 0.6039  # flow index of the carrier in both tables
-OF_FIT, OF_SMALL = 0.01, 1e-4  # what the fit leaves in 95 % of the entries; times a small deformation
+# Relative half-width of the fit (95 % of the entries): a constant, and one that is divided by the deformation.
+OF_FIT, OF_SMALL = 0.01, 1e-4
 LAW: Final = "fluid_law"
-INDEX: Final = "fluid_flow_behaviour_index"  # of power laws alone
-CONSISTENCY: Final = "fluid_consistency_coefficient"  # the same
+INDEX: Final = "fluid_flow_behaviour_index"  # only of power laws
+CONSISTENCY: Final = "fluid_consistency_coefficient"  # likewise
 TABLE, SHAPE = "shape.csv", ("area_hull", "deformation_hull", "Ca_e", "deformation_error")
-ENDED = "finished", "failed"  # shapes that were found are right, whether or not others were
+ENDED = "finished", "failed"  # the shapes that a failed case has found are valid, too
 NEEDED = "channel_width", "flow_rate", "fluid_viscosity"
 HEAD_NUMBERS = (
     Attribute("channel_width", "um", 1, 1000),
@@ -50,16 +52,16 @@ HEAD_NUMBERS = (
 
 
 class Head(TypedDict, total=False):
-    """What the head of a table says of channel, flow and liquid; those that `NEEDED` lists are in all of them."""
+    """Channel, flow and liquid in the head of a table; every table has the entries that `NEEDED` lists."""
 
     channel: str
-    dimensionality: str  # what dclab has in its place
+    dimensionality: str  # what tables of dclab have in place of the channel
     channel_width: float
     channel_width_unit: str
     flow_rate: float
     flow_rate_unit: str
     fluid_law: str
-    fluid_flow_behaviour_index: float  # this and the next two of power laws alone
+    fluid_flow_behaviour_index: float  # this and the next two only of power laws
     fluid_consistency_coefficient: float
     fluid_consistency_coefficient_unit: str
     fluid_viscosity: float
@@ -77,11 +79,19 @@ UNCORRECTED = (
 
 
 def in_square(n: float, size: Array, deformation: Array, elastic: bool) -> tuple[Array, Array]:
-    """Modulus of a sphere in a square channel over that in the equivalent tube, and the half-width of this quotient.
+    """Modulus of a sphere in a square channel over that in the equivalent tube, and its half-width.
 
-    What the walls add is known for one carrier. In others it may be absent or twice as large: this enters in proportion
-    to the difference of the flow indices n, in full at n = 1 or where the carrier is `elastic`. The `size` is the
-    diameter over the width of the channel, (m,), as the deformation.
+    What the walls add is known for one carrier. In others it may be absent or twice as large: the half-width contains
+    this in proportion to the difference of the flow indices, and in full at n = 1 and where the carrier is elastic.
+
+    Args:
+        n: Flow index of the carrier.
+        size: Diameters over the width of the channel, shape (m,).
+        deformation: Deformations, shape (m,).
+        elastic: Whether the carrier is elastic.
+
+    Returns:
+        Factors and their relative half-widths, shape (m,) each.
     """
     walls = np.asarray(sum(a * size**p for a, p in WALLS))
     unlike = 1.0 if elastic else min(abs(n - FITTED_INDEX) / (1 - FITTED_INDEX), 1.0)
@@ -89,13 +99,13 @@ def in_square(n: float, size: Array, deformation: Array, elastic: bool) -> tuple
 
 
 def look_up_table(directory: Path, channel: Channel = "equivalent") -> tuple[str, list[str]]:
-    """Area and deformation of the convex hull, and Young's modulus 3 G_p, of all shapes in a folder.
+    """Tabulate area and deformation of the convex hull, and Young's modulus 3 G_p, of all shapes in a folder.
 
     Args:
         directory: Folder of `pairsim shape` or of a sweep of it, in one tube, flow and liquid. Its name is part of the
             identifier of the table.
-        channel: What the table is for: a square channel that the tube stands for, with or without the correction by
-            `in_square`, or the tube.
+        channel: The channel of the cytometer: a square one for which the tube stands, without ("equivalent") or with
+            ("square") the correction by `in_square`, or the tube itself ("round").
 
     Returns:
         The table as text, and notes on it.
@@ -136,14 +146,14 @@ def look_up_table(directory: Path, channel: Channel = "equivalent") -> tuple[str
 
 
 def _index(liquid: Liquid, part: float = 1.0) -> float:
-    """Flow index at a part of the shear rate at the wall of the tube without particles."""
+    """Flow index at `part` times the shear rate at the wall of the tube without particles."""
     rates = part * Pipe(liquid).steady().wall_rate * np.array([0.99, 1.01])
     slope = np.diff(np.log(steady_shear(liquid, rates)[0])) / np.diff(np.log(rates))
     return 1 + float(slope[0])
 
 
 def _head(scales: Scales, liquid: Liquid, channel: Channel) -> Head:
-    """What the head says of channel, flow and liquid, whose viscosity is that at the walls of a square, as in dclab."""
+    """The head of a table; its viscosity is that at the walls of a square channel, as in dclab."""
     width = scales.length / (1.0 if channel == "round" else RATIO)
     flow_rate, n = FLOW_RATE * scales.velocity * scales.length**2, _index(liquid)
     rate = wall_rate(flow_rate, width, n)
@@ -166,10 +176,21 @@ def _head(scales: Scales, liquid: Liquid, channel: Channel) -> Head:
 
 
 def modulus_at(look_up: Array, area: Array, deformation: Array) -> tuple[Array, Array]:
-    """Modulus and relative half-width at areas and deformations by a table, (m, 4); nan outside of it.
+    """Interpolate modulus and relative half-width in a look-up table; nan outside of it.
 
-    Logarithms are interpolated, which are nearly linear in each other. The difference between linear and smooth
+    Logarithms are interpolated, as they depend nearly linearly on each other. The difference between linear and smooth
     interpolation is part of the half-width.
+
+    Args:
+        look_up: Area [um^2], deformation, modulus and its relative half-width, shape (m, 4).
+        area: Areas [um^2], shape (n,).
+        deformation: Deformations, shape (n,).
+
+    Returns:
+        Moduli, in the unit of the table, and relative half-widths, shape (n,) each.
+
+    Raises:
+        InputError: The table does not have several areas and deformations.
     """
     from scipy.interpolate import CloughTocher2DInterpolator, LinearNDInterpolator
     from scipy.spatial import Delaunay, QhullError
@@ -192,11 +213,11 @@ def read_look_up_table(path: Path) -> tuple[Head, Array]:
     """Read a look-up table in the format of dclab.
 
     Returns:
-        What its head says; area [um^2], deformation, modulus [kPa] and relative half-width, 0 where the table does not
-        know it, shape (m, 4).
+        Its head; and area [um^2], deformation, modulus [kPa] and relative half-width, 0 where the table does not give
+        it, shape (m, 4).
 
     Raises:
-        InputError: It is none, or a number is not physical or in another unit.
+        InputError: The file is no such table, or a number is not physical or in another unit.
     """
     try:
         head = [line[1:].strip() for line in path.read_text(encoding="utf-8").splitlines() if line.startswith("#")]

@@ -29,21 +29,26 @@ from pairsim.lab.cytometer.suspending_media import NAMES, concentration, extrapo
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import Argument, InputError
 
-# What pixels add to the deformation of a sphere, by its area in pixels of 0.34 um (Herold, arXiv:1704.00572, 2017).
+# The deformation that pixels of 0.34 um add to that of a sphere, over its area (Herold, arXiv:1704.00572, 2017).
 PIXEL, OFFSET = 0.34, 0.0012
 DECAYS = ((0.020, 7.1), (0.010, 38.6), (0.005, 296.0))
-OF_INDEX = 0.5  # largest error of the modulus over the difference of the flow indices (docs/how-to/cytometry.md)
+OF_INDEX = 0.5  # largest relative error of the modulus per difference of the flow indices (docs/how-to/cytometry.md)
 OF_TABLE = "table"
 
 
 class Moduli(NamedTuple):
-    """Area [um^2], deformation without what pixels add, modulus and its half-width [kPa] of the events of a file.
+    """Young's moduli of the events of a file.
 
-    They are nan outside of the look-up table, which is here in the conditions of the file, with relative half-widths.
+    Attributes:
+        table: A row for each event: area [um^2], deformation without what pixels add to it, modulus and its half-width
+            [kPa]; the last two are nan outside of the look-up table.
+        sentences: What was found, and what it rests on.
+        look_up: The look-up table scaled to channel and flow of the file: area [um^2], deformation, modulus [kPa] and
+            its relative half-width, shape (m, 4).
     """
 
     table: pd.DataFrame
-    sentences: list[str]  # what was found, and what it rests on
+    sentences: list[str]
     look_up: Array
 
 
@@ -53,8 +58,8 @@ def moduli(file: Path | str, table: Path | str, *, carrier: str | None = None, c
     Args:
         file: An .rtdc file.
         table: A look-up table of `pairsim table --cytometry`, or another one in the format of dclab.
-        carrier: The carrier, such as "0.59% MC-PBS", in place of what the file says; "table" is that of the table.
-        celsius: Its temperature, in place of what the file says.
+        carrier: The carrier, such as "0.59% MC-PBS", in place of that in the file; "table" is that of the table.
+        celsius: Its temperature in degrees Celsius, in place of that in the file.
 
     Raises:
         InputError: A file cannot be read or says too little, or the table does not hold for this carrier and flow.
@@ -86,7 +91,7 @@ def moduli(file: Path | str, table: Path | str, *, carrier: str | None = None, c
 
 
 def _ranges(values: Array) -> str:
-    """The areas and deformations, in the first two columns, that are numbers."""
+    """The ranges of the finite areas and deformations, which are the first two columns, in words."""
     finite = [column[np.isfinite(column)] for column in values.T[:2]]
     if not all(column.size for column in finite):
         return "not numbers"
@@ -95,10 +100,10 @@ def _ranges(values: Array) -> str:
 
 
 class _Flow(NamedTuple):
-    """The flow of a file beside that of a table."""
+    """The flow of a file compared with that of a table."""
 
     stress: float  # at the walls, over that of the table
-    of_index: float  # relative half-width of moduli, by the difference of the flow indices
+    of_index: float  # relative half-width of moduli due to the difference of the flow indices
     words: str  # on the carrier
     warnings: list[str]
 

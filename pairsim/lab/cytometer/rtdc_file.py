@@ -29,7 +29,7 @@ PARTS = tuple(Attribute(f"setup:flow rate {part}", "uL/s", 0, 100) for part in (
 MEDIUM, REGION, VISCOSITY = "setup:medium", "setup:chip region", "calculation:emodulus viscosity"
 AREA, AREA_PX, DEFORMATION, CIRCULARITY, OF_EVENT = "area_um", "area_cvx", "deform", "circ", "temp"
 SAME = 0.01  # relative difference up to which two numbers of a file agree
-DRIFT = 5.0  # [K] between the temperatures of events and of the file, above which this is said
+DRIFT = 5.0  # difference [K] between the temperatures of events and of the file above which there is a warning
 
 
 type Stored = str | bytes | float | np.generic | Array
@@ -43,7 +43,7 @@ class CytometerFile:
     Attributes:
         path: The file.
         attributes: Its attributes as they are stored.
-        events: Values of the events, (m,) each; temperatures may be of another length.
+        events: Values of the events by name, shape (m,) each; the temperatures may be of another number.
         others: Other files that it refers to for values of the events.
     """
 
@@ -66,13 +66,13 @@ class CytometerFile:
             raise InputError(str(self.path), attribute.key, _plain(value), str(error)) from None
 
     def text(self, key: str, default: str = "") -> str:
-        """A text of the file."""
+        """A text in the attributes of the file; `default` if it is missing or is no text."""
         value = _plain(self.attributes.get(key, default))
         return value.strip() if isinstance(value, str) else default
 
     @cached_property
     def area(self) -> Array:
-        """Area of the convex hull of each event [um^2], which is that in pixels where the file has no other."""
+        """Area of the convex hull of each event [um^2], shape (m,); from that in pixels if the file has no other."""
         if AREA in self.events:
             return self.events[AREA]
         if AREA_PX in self.events:
@@ -81,7 +81,7 @@ class CytometerFile:
 
     @cached_property
     def deformation(self) -> Array:
-        """Deformation of each event, 1 less the circularity."""
+        """Deformation of each event, 1 minus the circularity, shape (m,)."""
         if DEFORMATION in self.events:
             return self.events[DEFORMATION]
         if CIRCULARITY in self.events:
@@ -90,7 +90,7 @@ class CytometerFile:
 
     @cached_property
     def celsius(self) -> float:
-        """Temperature: the median of the events that have a physical one, or else that of the file.
+        """Temperature [degC]: the median over the events that have a physical one, or else that of the file.
 
         Raises:
             InputError: Neither is physical.
@@ -111,7 +111,7 @@ class CytometerFile:
         return self.events.get(OF_EVENT, np.array([]))
 
     def doubts(self) -> Iterator[str]:
-        """What contradicts itself in the file, apart from temperatures, or is not used."""
+        """Warnings of contradictions in the file, other than in temperatures, and of entries that are not used."""
         flow, parts = self.number(FLOW_RATE), [self.attributes.get(each.key) for each in PARTS]
         with suppress(ValueError, TypeError):
             total = sum(each.number(part) for each, part in zip(PARTS, parts, strict=True) if part is not None)
@@ -127,7 +127,7 @@ class CytometerFile:
             yield f"{VISCOSITY}, {_plain(viscosity)}, was not used: the viscosity is that of the carrier"
 
     def doubtful_temperatures(self) -> Iterator[str]:
-        """What contradicts itself in the temperatures of the file."""
+        """Warnings of contradictions in the temperatures of the file."""
         measured, own = self._temperatures, self.attributes.get(TEMPERATURE.key)
         wrong = np.isfinite(measured) & ~TEMPERATURE.holds(measured)
         if wrong.any():
@@ -186,7 +186,7 @@ def read_cytometer_file(path: Path) -> CytometerFile:
 
 
 def _values(path: Path, name: str, stored: Any) -> Array:
-    """The values of the events, one each."""
+    """The values of one quantity, one for each event, shape (m,)."""
     shape = getattr(stored, "shape", None)
     if shape is None or len(shape) != 1 or stored.dtype.kind not in "fiu":
         raise InputError(str(path), f"events/{name}", None, "must have one number for each event")
@@ -207,7 +207,7 @@ def _why_closed(error: OSError) -> str:
 
 
 def _words_of_hdf5(error: OSError) -> str:
-    """What HDF5 says: the words in parentheses."""
+    """The message of HDF5 in an error: the words in parentheses, all without these."""
     words = str(error.args[-1]).replace("\n", " ")
     return words.partition("(")[2].removesuffix(")") or words
 

@@ -1,4 +1,4 @@
-"""Carriers of deformability cytometry, and how a square channel drives a power-law liquid."""
+"""Carriers of deformability cytometry, and the flow of a power-law liquid in a square channel."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import numpy as np
 from pairsim.runtime.errors import Argument, InputError
 
 # Methyl cellulose in phosphate-buffered saline, by per cent of the mass, above 5e3 1/s: eta = K gamma^(n - 1) with
-# K = A exp(lambda/T), n = alpha T + beta (Buyukurganci et al., Soft Matter 19, 1739, 2023; Reichel et al. 2023, whose A
-# of 0.49 % this is; as dclab documents them).
+# K = A exp(lambda/T), n = alpha T + beta (Buyukurganci et al., Soft Matter 19, 1739, 2023; A at 0.49 % is that of
+# Reichel et al. 2023; as dclab documents them).
 ACTIVATION, SLOPE = 3379.7, 0.00223  # lambda [K], alpha [1/K]
 METHYL_CELLULOSE = {0.49: (2.30e-6, -0.0056), 0.59: (5.70e-6, -0.0744), 0.83: (16.52e-6, -0.1455)}
 """A [Pa s^n] and beta by concentration."""
@@ -18,10 +18,10 @@ MEASURED = 22.0, 37.0  # [degC]
 MEASURED_RATES = 5e3, 1.5e5  # [1/s]
 LIQUID = 0.0, 100.0  # [degC], between which water is a liquid
 NAMES = {0.49: "0.49% MC-PBS", 0.59: "0.59% MC-PBS", 0.83: "0.83% MC-PBS"}
-"""What each concentration is called."""
+"""Names of the carriers by concentration."""
 SAME = {"cellcarrier": 0.49, "cellcarrierb": 0.59, "0.5": 0.49, "0.50": 0.49, "0.6": 0.59, "0.60": 0.59}
 SAME |= {"0.8": 0.83, "0.80": 0.83, **{str(percent): percent for percent in NAMES}}
-"""Concentrations by the names that are in use, which are those of dclab."""
+"""Concentrations by other names that are in use, those of dclab."""
 # The mean stress at the walls of a tube of hydraulic diameter D is that at the shear rate 8 U/D (b + a/n), with (a, b)
 # of a square and of a circle (Kozicki, Chou and Tiu, Chem. Eng. Sci. 21, 665, 1966).
 SQUARE, CIRCLE = (0.2121, 0.6771), (0.25, 0.75)
@@ -41,7 +41,7 @@ def concentration(name: str) -> float:
 
 
 def methyl_cellulose(name: str, celsius: float) -> tuple[float, float]:
-    """Consistency K [Pa s^n] and flow index n of a carrier, such as "0.59% MC-PBS", at 22 to 37 degrees Celsius.
+    """Consistency K [Pa s^n] and flow index n of a carrier, such as "0.59% MC-PBS", at a temperature [degC].
 
     Raises:
         InputError: There is no such carrier, or it is no liquid at this temperature.
@@ -55,7 +55,7 @@ def methyl_cellulose(name: str, celsius: float) -> tuple[float, float]:
 
 
 def extrapolated(celsius: float, rate: float) -> list[str]:
-    """What is to be said of the law of a carrier at this temperature and shear rate [1/s] where it was not measured."""
+    """Warnings where the law of a carrier is extrapolated to this temperature [degC] or shear rate at walls [1/s]."""
     known = "the viscosity of the carrier was measured from"
     (cold, hot), (slow, fast) = MEASURED, MEASURED_RATES
     said = (
@@ -67,7 +67,13 @@ def extrapolated(celsius: float, rate: float) -> list[str]:
 
 
 def wall_rate(flow_rate: float, width: float, n: float) -> float:
-    """Shear rate [1/s] of the mean stress at the walls of a square channel, in m^3/s and m, by the flow index n."""
+    """Shear rate [1/s] at which a power-law liquid has its mean stress at the walls of a square channel.
+
+    Args:
+        flow_rate: Flow rate [m^3/s].
+        width: Width of the channel [m].
+        n: Flow index.
+    """
     return 8 * flow_rate / width**3 * (SQUARE[1] + SQUARE[0] / n)
 
 

@@ -1,1 +1,1 @@
-"""Films of beads: their tables, and the values of an atlas that fit them."""
+"""Films of beads: their tables, and fits of moduli and relaxation times to them by an atlas."""

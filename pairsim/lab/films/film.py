@@ -24,7 +24,7 @@ from pairsim.runtime.text import counted
 
 PIXEL = a_length("pixel", "size of a pixel", ".65 um")
 AGREE = 0.01  # relative difference of two frame rates that are the same; chosen
-FAR = 100.0  # diameters between two centres that no atlas has, and hardly a picture; chosen
+FAR = 100.0  # distance in diameters which no atlas reaches, and hardly any picture shows; chosen
 
 
 @dataclass(frozen=True)
@@ -35,8 +35,8 @@ class Film:
         seconds: Times of the frames [s], strictly ascending, shape (frames,).
         metres: Distances in these frames [m], of the same shape: of the centres, or of the facing surfaces.
         from_centres: Whether they are those of the centres.
-        pixel: Size of a pixel [m] and the half-width of its interval of 95 %, if lengths were in pixels: all
-            `metres` are proportional to it.
+        pixel: Size of a pixel [m] and the half-width of its interval of 95 %, if lengths were in pixels, so that all
+            `metres` are proportional to it; else None.
         notes: What was read, left out and put right, in sentences.
         path: The file.
         lines: The lines of the frames in the file, of the same shape.
@@ -51,11 +51,11 @@ class Film:
     lines: Indices
 
     def gaps(self, diameter: float) -> Array:
-        """Distances between the surfaces of two beads of one diameter [m] in metres, shape (frames,).
+        """Distances between the surfaces of two beads of one diameter [m], shape (frames,) [m].
 
         Raises:
-            InputError: Centres are nearer than that, or jump; distances are so large that their unit is another one, or
-                one of them is.
+            InputError: Centres are nearer than a diameter, or jump; distances are so large that their unit must be
+                wrong, or a single one is.
         """
         if self.metres.min() > FAR * diameter:
             far = f"has distances from {1e6 * self.metres.min():.4g} um on, of beads of {1e6 * diameter:.4g} um"
@@ -166,7 +166,7 @@ class Frames:
 
 @contextmanager
 def _collected(errors: list[InputError], only: str | None = None) -> Iterator[None]:
-    """Add an error of input to a list, or drop it if it is not that of the argument wanted."""
+    """Add an error of input to a list; with `only` given, drop it unless it is that of this argument."""
     try:
         yield
     except InputError as error:
@@ -220,7 +220,7 @@ def _pixel(pixel: str | None) -> tuple[float, float] | None:
 
 
 def _seconds(table: FilmTable, rate: float | None) -> tuple[pd.Series[float], str]:
-    """Times of the rows [s], by line, and what is to be said of them."""
+    """Times of the rows [s], by line, and a phrase on where they come from."""
     t, frame = table.columns.get(TIME), table.columns.get(FRAME)
     if t is not None and np.isnan(t.size) and (t.unit or rate is not None):
         frame, t = frame or t, None
@@ -265,7 +265,7 @@ def _rate_of(t: Column, frame: Column) -> float:
 
 
 def _metre(table: FilmTable, lengths: Sequence[Column], size: tuple[float, float] | None) -> float:
-    """The unit of lengths [m], which is one for all of them."""
+    """The unit of lengths [m], which all columns share."""
     units = {each.unit: each for each in reversed(lengths)}
     first = lengths[0]
     if len(units) > 1 and "" in units:  # y without a unit has that of x
@@ -291,10 +291,10 @@ def _in_order(table: FilmTable, frames: Frames, heading: str, notes: list[str]) 
     """The frames in ascending time, those of one time as their mean.
 
     Args:
-        table: Their table.
-        frames: Them.
-        heading: That of the distances.
-        notes: What was done is added to them.
+        table: The table of the film.
+        frames: Its frames.
+        heading: The heading of the distances.
+        notes: Sentences, to which those on what was done are added.
     """
     clock = table.clock.heading
     if untimed := int(np.isnan(frames.t).sum()):
@@ -321,7 +321,7 @@ def _in_order(table: FilmTable, frames: Frames, heading: str, notes: list[str]) 
 
 
 def _merged(table: FilmTable, frames: Frames, notes: list[str]) -> Frames:
-    """Frames in the order of their times, of which several of one time become their mean."""
+    """Frames in the order of their times, in which several of one time are replaced by their mean."""
     several = pd.DataFrame(vars(frames)).groupby("t")
     means = several.agg(d=("d", "mean"), line=("lines", "first"), spread=("d", np.ptp), size=("d", "size"))
     alone = means["d"][means["size"] == 1]

@@ -1,4 +1,7 @@
-"""What films of a pair show by an atlas, and what each thing that is not known exactly changes in them."""
+"""The model of films of a pair by an atlas, and what each nuisance parameter changes in them.
+
+Nuisance parameters are the quantities that are not known exactly, beside those that are fitted.
+"""
 
 from __future__ import annotations
 
@@ -20,13 +23,13 @@ from pairsim.runtime.arrays import Array
 
 NORMAL = float(scipy.stats.norm.ppf(0.975))  # half-width of an interval of 95 % over the standard deviation
 FINE = 240  # intervals of time in which changes of a motion are integrated; chosen
-MODES = (1.0, 2.0, 4.0, 8.0)  # rates of what is left of the start, in units of the slowest one; chosen
-NEARLY_ALL = 0.99  # of the variance of errors of the atlas that are not alike at all distances; chosen
-START = 0.02  # standard deviation of each such part [D_c]; runs from rest have up to 0.008
+MODES = (1.0, 2.0, 4.0, 8.0)  # decay rates of what is left of the start, in units of the slowest one; chosen
+NEARLY_ALL = 0.99  # part of the variance of the atlas's errors, without their common part, that is kept; chosen
+START = 0.02  # standard deviation of what is left of the start, for each rate [D_c]; runs from rest have up to 0.008
 SHORTEST = 1e-3  # decay time that is distinguished from 0 [D_c/U_av]
-OF_DERIVATIVE = 0.03  # half-width of the derivative by the difference of diameters, over it; curves left out
-MOST_DEVIATIONS = 8.0  # of the difference of the diameters from what is known of it; chosen
-SHAPE = 0.01  # part of a diameter by which deformed beads change the gap at given centres; runs have up to 0.0095
+OF_DERIVATIVE = 0.03  # relative half-width of the derivative by the difference of diameters, by curves left out
+MOST_DEVIATIONS = 8.0  # standard deviations of the difference of the diameters, at most, from its given value; chosen
+SHAPE = 0.01  # half-width of what deformation adds to the gap at given centres, in diameters; runs have up to 0.0095
 
 
 @dataclass(frozen=True)
@@ -36,9 +39,9 @@ class Seen:
     Attributes:
         times: Times from its first frame on [D_c/U_av], shape (frames,).
         distances: Distances between the surfaces [D_c], of the same shape.
-        centres: Distances between the centres [D_c] where these were seen; None where it was the surfaces.
+        centres: Distances between the centres [D_c] if the film has these; None if it has those between the surfaces.
         pixel: Relative half-width of the size of a pixel, 0 where it is known or not used.
-        exchanged: Whether the beads have changed places, or the flow its direction.
+        exchanged: Whether the beads have changed places, or the flow its direction, since the first film.
     """
 
     times: Array
@@ -50,12 +53,12 @@ class Seen:
 
 @dataclass(frozen=True)
 class Uncertain:
-    """Something that is not known exactly, and what it changes.
+    """A quantity of an experiment that is not known exactly, and what it changes.
 
     Attributes:
-        name: The key of the `physical` block.
+        name: Its key in the `physical` block.
         half_width: Relative half-width of its interval of 95 %.
-        powers: Of the quantity in beta, De and Ca_e, and in the scales of length and velocity, by name.
+        powers: Its powers in beta, De and Ca_e, and in the scales of length and velocity, by the names of these.
     """
 
     name: str
@@ -65,12 +68,12 @@ class Uncertain:
 
 @dataclass(frozen=True)
 class Changes:
-    """A motion less what was seen, and its changes.
+    """Residuals of a motion, and what changes them.
 
     Attributes:
-        residuals: Distances of the model less those that were seen [D_c], shape (frames,).
+        residuals: Distances of the model minus those that were seen [D_c], shape (frames,).
         by_state: Their derivatives by the state, shape (frames, states).
-        parts: Changes by one standard deviation of each thing that is not known [D_c], shape (frames, things).
+        parts: Their changes by one standard deviation of each nuisance parameter [D_c], shape (frames, parameters).
     """
 
     residuals: Array
@@ -79,11 +82,11 @@ class Changes:
 
 
 class Place(NamedTuple):
-    """The atlas at one place.
+    """The curve of the atlas at one place.
 
     Attributes:
-        here: beta, De and Ca_e.
-        curve: Its curve.
+        here: beta, De and Ca_e of the place.
+        curve: The curve.
         x: Logarithms of distances, shape (nodes,).
         rates: Their rates of change in time at these distances [U_av/D_c], shape (nodes,).
         by_difference: Derivatives of these by the difference of the diameters over their mean, shape (nodes,).
@@ -98,10 +101,10 @@ class Place(NamedTuple):
 
 @dataclass(frozen=True)
 class FilmModel:
-    """Films of one pair.
+    """The model of films of one pair.
 
     Attributes:
-        atlas: Its dU at each distance.
+        atlas: The atlas that gives dU at each distance.
         numbers: beta, De and Ca_e; those that are unknown are replaced.
         films: What was seen.
         uncertain: Quantities with half-widths, the same in all films.
@@ -117,7 +120,7 @@ class FilmModel:
 
     @property
     def names(self) -> list[str]:
-        """What the columns of `Changes.parts` are: the name of the thing, several columns may have the same one."""
+        """Names of the nuisance parameters, the columns of `Changes.parts`; several columns may have the same one."""
         atlas = ["atlas"] * len(self.errors) * (2 if any(self.difference) else 1)
         films = [name for seen in self.films for name in ("start",) * len(MODES)]
         centres = ["shape of the beads"] * any(seen.centres is not None for seen in self.films)
@@ -129,18 +132,18 @@ class FilmModel:
         """Least and largest values of the state, shape (states, 2).
 
         The state is the distance at the first frame of each film [D_c], of the motion without what is left of its
-        start; and, unless it is known, by how many standard deviations the difference of the diameters is off.
+        start, and, unless the difference of the diameters is known, the deviation of this over its standard deviation.
         """
         d = self.atlas.d
         return np.array([[d[0], d[-1]]] * len(self.films) + [[-MOST_DEVIATIONS, MOST_DEVIATIONS]] * self.differs)
 
     @property
     def differs(self) -> bool:
-        """Whether the difference of the diameters is not known."""
+        """Whether the difference of the diameters is not known, and therefore part of the state."""
         return self.difference[1] > 0
 
     def difference_at(self, state: Array) -> float:
-        """The difference of the diameters over their mean."""
+        """The difference of the diameters over their mean, at a state."""
         return float(self.difference[0] + self.difference[1] / NORMAL * (state[-1] if self.differs else 0.0))
 
     def place(self, numbers: Mapping[str, float]) -> Place:
@@ -159,7 +162,7 @@ class FilmModel:
         return self._places[key]
 
     def changes(self, numbers: Mapping[str, float], state: Array) -> Changes:
-        """What the films would show, less what they do, with unknown numbers and a state as of `states`."""
+        """Residuals and what changes them, at values of the unknown numbers, by name, and a state as of `states`."""
         paths = self._paths(numbers, state)
         common = [np.concatenate(each) for each in zip(*(path.parts() for path in paths), strict=True)]
         own = scipy.linalg.block_diag(*(path.left_of_start() for path in paths))
@@ -167,7 +170,7 @@ class FilmModel:
         return Changes(residuals, by_state, np.concatenate([*common[:-1], own, common[-1]], axis=1))
 
     def residuals(self, numbers: Mapping[str, float], state: Array) -> tuple[Array, Array]:
-        """The first two of `Changes` alone."""
+        """The residuals and their derivatives by the state, the first two of `Changes`, in less time."""
         return self._residuals(self._paths(numbers, state))
 
     def _paths(self, numbers: Mapping[str, float], state: Array) -> list[Path]:
@@ -184,10 +187,11 @@ class FilmModel:
 
     @cached_property
     def errors(self) -> Array:
-        """Functions of the distance whose sums with normal factors change as errors of the atlas do.
+        """Functions of the distance by which errors of the atlas are modelled, shape (functions, distances).
 
-        One is constant, so that errors which are alike at all distances are not underestimated. Of the others those
-        that matter are kept, scaled such that they have variance 1 together. Shape (functions, distances).
+        Their sum, each times an independent normal factor of variance 1, changes with the distance as the errors over
+        their standard deviations do. One function is constant, so that errors which are the same at all distances are
+        not underestimated. Of the others those that matter are kept, scaled such that their sum has variance 1.
         """
         _, sizes, shapes = np.linalg.svd(self.atlas.patterns, full_matrices=False)
         matter = sizes[:, None] * shapes
@@ -197,7 +201,7 @@ class FilmModel:
 
 @dataclass(frozen=True)
 class Path:
-    """The motion that one film would show, at values of what is unknown."""
+    """The motion in one film by the model, at values of all unknowns."""
 
     model: FilmModel
     seen: Seen
@@ -217,39 +221,39 @@ class Path:
 
     @cached_property
     def rates(self) -> Array:
-        """Rates of the logarithm of the distance, shape (nodes,)."""
+        """Rates of change of the logarithm of the distance [U_av/D_c], shape (nodes,)."""
         side = -1.0 if self.seen.exchanged else 1.0
         return np.asarray(self.place.rates + side * self.difference * self.place.by_difference)
 
     @cached_property
     def distances(self) -> Array:
-        """Distances at these times, of the same shape."""
+        """Distances at `times` [D_c], of the same shape."""
         return path_by(self.place.x, self.rates, self.start, self.times)
 
     @cached_property
     def grown(self) -> Array:
-        """What a change of the first distance has become at these times, of the same shape."""
+        """Derivative of the distance at `times` by that at the first one, of the same shape."""
         growth = self.rates + np.gradient(self.rates, self.place.x)  # derivative of the rate of d by d
         return np.exp(_integral(np.interp(np.log(self.distances), self.place.x, growth), self.times))
 
     @cached_property
     def by_start(self) -> Array:
-        """What a change of the first distance has become at the frames, shape (frames,)."""
+        """Derivative of the distance in the frames by that in the first one, shape (frames,)."""
         return np.interp(self.seen.times, self.times, self.grown)
 
     @property
     def by_difference(self) -> Array:
-        """The change at the frames by the difference of the diameters, shape (frames,)."""
+        """Derivative of the distance in the frames by the difference of the diameters over their mean, (frames,)."""
         side = -1.0 if self.seen.exchanged else 1.0
         return side * self.shifts(self._columns[BY_DIFFERENCE])[:, 0]
 
     @property
     def residuals(self) -> Array:
-        """Distances less those that were seen [D_c], shape (frames,)."""
+        """Distances of the model minus those that were seen [D_c], shape (frames,)."""
         return np.interp(self.seen.times, self.times, self.distances) - self.seen.distances
 
     def shifts(self, velocities: Array) -> Array:
-        """What changes of dU, shape (columns, distances), change at the frames, shape (frames, columns)."""
+        """Changes of the distance in the frames, (frames, columns), by changes of dU, (columns, distances)."""
         x, nodes = np.log(self.distances), np.log(self._columns[DISTANCE])
         stretch = np.interp(x, nodes, self._columns[STRETCH])
         along = np.array([np.interp(x, nodes, each) for each in np.atleast_2d(velocities)])
@@ -257,7 +261,10 @@ class Path:
         return np.array([np.interp(self.seen.times, self.times, each) for each in moved]).T
 
     def parts(self) -> list[Array]:
-        """Changes by what films have in common, in the order of `FilmModel.names`, those of the atlas last."""
+        """Changes by nuisance parameters that films have in common, in the order of `FilmModel.names`.
+
+        Those by errors of the atlas come last; each array has the shape (frames, columns).
+        """
         model, seen, frames = self.model, self.seen, len(self.seen.times)
         columns = []
         if model.uncertain:
@@ -280,12 +287,12 @@ class Path:
         return [*columns, self.shifts(errors / NORMAL)]
 
     def left_of_start(self) -> Array:
-        """What may be left of the start: exponentials of the slowest decay time and of faster ones, (frames, MODES)."""
+        """What may be left of the start: exponentials with the rates of `MODES`, shape (frames, rates)."""
         slowest = self.place.curve.interpolated(self._columns[T_RELAX], self.start)
         return np.asarray(START * np.exp(-np.outer(self.seen.times / max(slowest, SHORTEST), MODES)))
 
     def _velocity_change(self, one: Uncertain) -> Array:
-        """Derivative of dU by the logarithm of a quantity at a distance that is constant in units, (distances,)."""
+        """Derivative of dU by the logarithm of a quantity, at a fixed physical distance, (distances,)."""
         table, powers = self._columns, one.powers
         along = table[DISTANCE] * table[SLOPE] * powers.get("length", 0.0)
         change = table[DU] * powers.get("velocity", 0.0) - along

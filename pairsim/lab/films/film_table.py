@@ -1,6 +1,6 @@
 """The table of a film: which of its columns are times, frames, particles, positions and distances, and their units.
 
-Trackers and spreadsheets write them in ways of their own. Made after tables of TrackPy, TrackMate (four lines of
+Each tracker and spreadsheet writes them in its own way. Made after tables of TrackPy, TrackMate (four lines of
 headings), ImageJ and its plugins Manual Tracking, MTrack2 and MOSAIC.
 """
 
@@ -29,7 +29,7 @@ UNCLEAR = rf"dist(ance)?s?|separation|spacing|abstand|{CAPITAL_D}"
 GAPS = {"", "nan", "na", "n/a", "#n/a", "none", "null", "-", "--", "#div/0!", "#value!", "#num!"}
 PIXELS, FRAMES = r"px|pix|pixels?", r"fr|frames?|slices?"
 EXAMPLE = "such as t [s], d [um], or frame, particle, x, y"
-MOST_NAMED = 12  # headings that a message names
+MOST_NAMED = 12  # largest number of headings that a message names
 
 
 @dataclass(frozen=True)
@@ -39,9 +39,9 @@ class Column:
     Attributes:
         heading: What stands above it.
         cells: Its cells, by the number of their line.
-        numbers: Them as numbers in the unit of the file, NaN where a cell is empty, or is a name.
-        unit: The unit that the file gives, "px", "frame" or "".
-        size: This unit in SI units, NaN without one or for these two.
+        numbers: The cells as numbers in the unit of the file, NaN where one is empty, or is a name.
+        unit: The unit that the file gives, "px" or "frame"; "" without one.
+        size: This unit in SI units; NaN for "px" and "frame", and without a unit.
     """
 
     heading: str
@@ -57,7 +57,7 @@ class FilmTable:
 
     Attributes:
         path: Its file.
-        columns: Columns by what they are of.
+        columns: Columns by their kind.
         particles: Columns of `X` and, if there are any, `Y` of particles that have columns of their own, by their
             names.
         below: The first line with numbers below the end of the table, which are not read; 0 without any.
@@ -75,7 +75,7 @@ class FilmTable:
 
     @property
     def clock(self) -> Column:
-        """What tells frames apart: their numbers, or else times."""
+        """The column that tells frames apart: that of their numbers, or else of times."""
         return self.columns.get(FRAME) or self.columns[TIME]
 
     @property
@@ -145,7 +145,7 @@ def read_film_table(path: Path) -> FilmTable:
 
 
 def _heading(lines: Sequence[str]) -> tuple[int, str, list[str]]:
-    """Place of the line of headings, what separates its cells, and the cells; ValueError if there is none."""
+    """Place of the line of headings, the separator of its cells, and the cells; ValueError if there is none."""
     if lines[0].lstrip().startswith("<"):
         raise ValueError("must be a table, and is XML: export the spots as CSV")
     said = re.fullmatch(r'"?sep=(.)"?[\s,;]*', lines[0])
@@ -190,16 +190,16 @@ def _numbers_below(lines: Sequence[str], last: int, separator: str) -> int:
 
 
 def _decimal(cells: Sequence[str], separator: str) -> str:
-    """The decimal mark of a table; ValueError where its commas may be decimal marks or of thousands."""
+    """The decimal mark of a table; ValueError if its commas may be decimal or thousands marks."""
     marks, doubt = marks_of(cells, separator)
-    if doubt and not any(re.fullmatch(r"\d{4,}", cell) for cell in cells):  # which would have such a mark, too
+    if doubt and not any(re.fullmatch(r"\d{4,}", cell) for cell in cells):  # which would have a thousands mark, too
         raise ValueError(doubt)
     return marks.decimal
 
 
 def _numbers(cells: pd.Series[str], decimal: str) -> pd.Series[float]:
-    """Cells as numbers, NaN where there is none, or one that nothing measures."""
-    marks = str.maketrans({"." if decimal == "," else ",": "?", decimal: "."})  # a number has one kind of marks
+    """Cells as numbers; NaN where there is none, or one above all measured values."""
+    marks = str.maketrans({"." if decimal == "," else ",": "?", decimal: "."})  # with both marks it is no number
     numbers: pd.Series[float] = pd.to_numeric(cells.where(cells.str.fullmatch(NUMBER)).str.translate(marks), "coerce")
     return numbers.astype(float).where(numbers.abs() <= HUGE)
 
@@ -223,7 +223,7 @@ def _name(heading: str) -> str:
 
 
 def _places(heading: Sequence[str]) -> tuple[dict[Heading, list[int]], dict[str, dict[Heading, int]]]:
-    """Places of the columns that are needed, by what they are, and of positions of one particle each, by its name."""
+    """Places of the columns that are needed, by their kind, and of columns of one particle each, by its name."""
     names = [_name(each) for each in heading]
     places: dict[Heading, list[int]] = {}
     for what in HEADINGS:
@@ -252,7 +252,7 @@ def _places(heading: Sequence[str]) -> tuple[dict[Heading, list[int]], dict[str,
 
 @cache
 def _size(kind: str, unit: str) -> float | None:
-    """A unit in the SI unit of a kind; None if it is none of this kind."""
+    """The size of a unit in the SI unit `kind`; None if it is no unit of this dimension."""
     if not kind or not unit:
         return None
     unit = re.sub(r"\\u00b5|\\u03bc", "u", unit, flags=re.IGNORECASE)  # as Java writes a sign that is not in ASCII
@@ -301,6 +301,6 @@ def _check_cells(path: Path, start: int, heading: list[str], rows: Mapping[int, 
 
 
 def _unnamed(path: Path, heading: Sequence[str]) -> InputError:
-    """The error of a table whose distances are of what is not known."""
+    """The error of a table that does not say between what its distances are."""
     named = next(each for each in heading if re.fullmatch(UNCLEAR, _name(each)))
     return InputError(str(path), named, None, "must be headed d if it is between surfaces, c if it is between centres")

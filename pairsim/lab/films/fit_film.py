@@ -36,15 +36,15 @@ if TYPE_CHECKING:
     from pairsim.plots.style import Page
 
 GIVES = {"modulus": ("Ca_e", -1), "relaxation": ("De", 1)}
-"""What may be unknown, the number that follows from it, and the power of it."""
-MIDDLE = 0.5  # the same in the case that is checked, whose answer does not depend on it
-WIDE = 2.0  # ratio to its value at which an interval ends of which it is said that the data do not determine it; chosen
+"""Quantities that may be unknown; for each the number that follows from it, and the power of the quantity in this."""
+MIDDLE = 0.5  # unknown number over its largest value in the atlas, in the case that is checked; any would do
+WIDE = 2.0  # ratio of an end of an interval to the value above which data are said not to determine it; chosen
 CHANCE = 3.0  # standard errors that the correlation of neighbouring residuals may have by chance; chosen
-UNKNOWN_DIFFERENCE = 0.1  # half-width of the difference of two diameters where nothing is known of it, over their mean
+UNKNOWN_DIFFERENCE = 0.1  # half-width of the difference of two diameters over their mean, if nothing is known of it
 
 
 class Value(NamedTuple):
-    """A quantity, the least and the largest one of its interval of 95 %, and their unit."""
+    """A quantity, the lower and the upper end of its interval of 95 %, and their unit."""
 
     value: float
     least: float
@@ -57,15 +57,17 @@ class FilmFit:
     """A fit to films.
 
     Attributes:
-        values: By quantity, its value, the least and the largest one of its interval of 95 %, and their unit.
+        values: By quantity, its value, the lower and the upper end of its interval of 95 %, and their unit.
         times: Times of the frames that were used [s], shape (frames,); of several films, one after the other.
         distances: Distances between the surfaces in these frames [um], of the same shape.
         fitted: Those of the model [um], of the same shape.
-        alike: Correlation of the residuals of neighbouring frames, less what the atlas may be off by.
+        alike: Correlation of the residuals of neighbouring frames, after what errors of the atlas and other uncertain
+            inputs explain was taken off.
         cut: The quantities whose interval ends because the atlas does.
-        parts: By quantity and by what is not known, half-widths over the value, to first order: the root of the
-            difference of squares, with the thing and if it were known; "noise" is what would remain.
-        equal: As `values`, of beads whose diameters are equal; empty where their difference is given.
+        parts: Contribution of each uncertain input, by name, to the half-width of each quantity, over its value and to
+            first order: the root of the difference of the squares of the half-widths with the input as uncertain as it
+            is, and exactly known; "noise" is what would remain if all were known.
+        equal: As `values`, for beads whose diameters are equal; empty where their difference is given.
         difference: Difference of the diameters, leading less trailing over their mean, and its half-width, as fitted.
         left_out: Number of frames that were left out as outliers.
         notes: What was read, and what the intervals do not contain, in sentences.
@@ -153,20 +155,20 @@ def fit(
 ) -> FilmFit:
     """Fit quantities of an experiment to a film of two beads of one material, whose diameters may differ slightly.
 
-    The model is the motion along the curve of an atlas, from an unknown distance on, with what is left of the start: a
-    sum of exponentials in time, of the slowest decay time at the values that are tried and faster ones. What is not
-    known exactly has its part in the intervals: noise, which follows from the scatter of the film; quantities of the
-    case with half-widths; the size of a pixel; the atlas; and the difference of the two diameters, which is unknown
-    unless the case has `particle_difference`. Intervals are those of the profile of the likelihood (Bates and Watts
-    1988, chapter 6). Where values on both sides of a turning point give nearly the same film, its deviation from the
-    best one is that of two numbers.
+    The model is the motion along the curve of an atlas from an unknown first distance, with what is left of the start:
+    a sum of exponentials in time, with the slowest decay time at the values that are tried, and shorter ones. The
+    intervals contain all that is not known exactly: noise, which follows from the scatter of the film; quantities of
+    the case with half-widths; the size of a pixel; the atlas; and the difference of the two diameters, which is unknown
+    unless the case has `particle_difference`. Intervals are those of the profile likelihood (Bates and Watts 1988,
+    chapter 6). Where values on both sides of a turning point give nearly the same film, the limit of the sum of squares
+    is that of two numbers.
 
     Args:
         film: Table with times and distances, columns such as "t [s]" and "d [um]", or of a tracker; see `film_of`.
         case: The experiment. What is unknown may be left out of its `physical` block; a value that is there gives
             the unit of the answer, and nothing else.
         unknown: "modulus", "relaxation" or both.
-        exchanged: A second film of the same beads, in which the other one leads, or after the flow was turned.
+        exchanged: A second film of the same beads, in which the other one leads, or the flow is reversed.
         atlas: File of an atlas; None: those that ship.
         fps: Frames per second, for a film with frame numbers in place of times.
         pixel: Size of a pixel, such as ".65 +- .01 um", for lengths in pixels.
@@ -210,10 +212,10 @@ def fit(
 
 
 def _unknown(names: str | Sequence[str]) -> list[str]:
-    """What is unknown, each once.
+    """The unknown quantities, each once.
 
     Raises:
-        InputError: There is nothing, or something that no film tells.
+        InputError: There is none, or one that cannot be fitted to films.
     """
     found = list(dict.fromkeys([names] if isinstance(names, str) else names))
     found = [*GIVES] if found == ["both"] else found
@@ -223,13 +225,13 @@ def _unknown(names: str | Sequence[str]) -> list[str]:
 
 
 def _cut(search: Search, unknown: Sequence[str]) -> frozenset[str]:
-    """What is unknown of which an interval ends where the atlas does."""
+    """The unknown quantities whose interval ends where the atlas does."""
     ends = zip(unknown, search.reach, search.likelihood.bounds, strict=True)
     return frozenset(name for name, (_, log), (_, end) in ends if log >= end)
 
 
 def _values(search: Search, unknown: Sequence[str], units: Sequence[str], case: SceneCase) -> dict[str, Value]:
-    """What is unknown, in units."""
+    """The unknown quantities with their intervals, in the given units."""
     found = {}
     for name, unit, log, reach in zip(unknown, units, search.found.logs, search.reach, strict=True):
         number, power = GIVES[name]
@@ -255,10 +257,10 @@ def _model_of(
     unknown: Sequence[str],
     difference: tuple[float, float],
 ) -> tuple[FilmModel, list[str]]:
-    """What the films show in the units of the case, and what intervals do not contain, in sentences.
+    """The model of the films in the units of the case, and sentences on what the intervals do not contain.
 
     Raises:
-        InputError: A film has too few frames, or its distances are none of such beads.
+        InputError: A film has too few frames, or distances that such beads cannot have.
     """
     scales, beta, notes = _scales(case), case.betas[0], []
     numbers = {"beta": beta, "De": case.De, "Ca_e": case.Ca_es[0]}
@@ -293,9 +295,10 @@ def _model_of(
 def _case_of(
     case: AnyCase, unknown: Sequence[str], file: Path | str | None
 ) -> tuple[Atlas, SceneCase, list[str], tuple[float, float]]:
-    """The atlas, the case of two equal beads with unknown quantities in the middle of it, and what is not in that case.
+    """The atlas, a case of two equal beads, and what of the given case is not in it.
 
-    Not in it are the units of the answers, and the difference of the diameters over their mean with its half-width.
+    The unknown numbers of the case that is returned are in the middle of the atlas. Not in it are the units of the
+    answers, and the difference of the diameters over their mean with its half-width, which are returned last.
 
     Raises:
         InputError: The case has no units, or the atlas has no answer.
@@ -308,7 +311,7 @@ def _case_of(
     if not {"distance", "d", "d0"} & {*block, *content}:  # films have it
         others["distance"] = QUANTITIES["distance"].example
     numbers = {GIVES[name][0] for name in unknown if name not in block and "young" not in block}
-    if numbers & content.keys():  # as of a case that was made without what is unknown
+    if numbers & content.keys():  # as in a case that was made without the unknown quantities
         case = {key: value for key, value in content.items() if key not in numbers}
     values, units = {}, []
     for name in unknown:
@@ -350,7 +353,7 @@ def _difference_of(block: Mapping[str, Plain]) -> tuple[dict[str, str | None], t
             if leading != trailing:
                 return {"particle": f"{mean:.15g} m"}, ((leading - trailing) / mean, 0.0)
     of, apart = QUANTITIES["particle"], with_deviations(block)
-    if (each := apart.get(of.deviation.key)) is not None:  # two of many beads
+    if (each := apart.get(of.deviation.key)) is not None:  # two beads drawn from many
         with suppress(ValueError):
             deviation = si(each, of) / measured(apart["particle"], of)[0]
             return {"particle": str(apart["particle"])}, (0.0, NORMAL * 2**0.5 * deviation)
@@ -364,7 +367,7 @@ def _scales(case: SceneCase) -> Scales:
 
 
 def overlay_film(film: Film, folders: Sequence[Path], out: Path, page: Page) -> list[Path]:
-    """Draw a film, runs from their start on, and motions by curves from its first distance on: `film`.
+    """Draw `film`: a film, runs from their start on, and motions along curves from the film's first distance on.
 
     Raises:
         InputError: A folder has no units, or is neither a run nor a curve that has the first distance of the film.
@@ -389,7 +392,7 @@ def overlay_film(film: Film, folders: Sequence[Path], out: Path, page: Page) -> 
 
 
 def _path_of(folder: Path, start: float, times: Array) -> Array:
-    """The distances [D_c] by the curve of a folder at times [D_c/U_av], from a first one on, shape (times,).
+    """The distances [D_c] by the curve of a folder, from a first one on, at times [D_c/U_av], shape (times,).
 
     Raises:
         InputError: It is no curve that has the first distance.

@@ -1,4 +1,4 @@
-"""The values of what is unknown in films at which they are most probable, and the ranges in which they may be."""
+"""The values of unknown numbers at which films are most probable, and the intervals of these numbers."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ from pairsim.lab.films.likelihood import Fitted, Likelihood, crossing, minima_of
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 
-LEAST = 1e-3  # an unknown number over the largest one of the atlas: less is as good as 0
-PLACES = {1: 60, 2: 16}  # values of each of one or two unknown numbers that are looked at, for all minima; chosen
+LEAST = 1e-3  # least value of an unknown number over the largest one in the atlas: it counts as 0
+PLACES = {1: 60, 2: 16}  # grid points for each of one or two unknown numbers, to find all minima; chosen
 EXACT = 1e-4  # least noise of distances that is assumed [D_c]; chosen
 FAR = 5.0  # standard deviations from which on a frame is an outlier: one of two million by chance
-OUTLIERS = 0.1  # part of the frames that may be outliers; chosen
-ROUNDS = 4  # of noise and outliers, at most
-SAME = 0.02  # relative change of the noise at which these end; chosen
-SCATTER = 1.4826  # standard deviation of normal values over the median of their sizes
+OUTLIERS = 0.1  # largest fraction of frames that may be outliers; chosen
+ROUNDS = 4  # in which noise and outliers are determined, at most
+SAME = 0.02  # relative change of the noise below which these rounds end; chosen
+SCATTER = 1.4826  # standard deviation of normal values over the median of their magnitudes
 
 
 @dataclass(frozen=True)
 class Search:
-    """Films of a model, in logarithms of the unknown numbers.
+    """The search for the unknown numbers of films, in their logarithms.
 
     Attributes:
-        model: What the films show.
+        model: The model of the films.
         numbers: Names of the unknown numbers, De or Ca_e.
-        likelihood: Of the films, with the noise that follows from their scatter, and without outliers.
+        likelihood: That of the films, with the noise that follows from their scatter, and without outliers.
     """
 
     model: FilmModel
@@ -44,7 +44,7 @@ class Search:
 
     @classmethod
     def of(cls, model: FilmModel, numbers: Sequence[str], noise: float = 0.0) -> Search:
-        """The search with noise and outliers as of the best motion; a first guess of the noise [D_c] saves time."""
+        """The search with noise and outliers by the best motion; a first guess of the noise [D_c] saves time."""
 
         def at(logs: Array) -> dict[str, float]:
             return dict(zip(numbers, np.exp(logs).tolist(), strict=True))
@@ -77,7 +77,7 @@ class Search:
 
     @cached_property
     def _grid(self) -> list[Fitted]:
-        """The best motions at all places of the grid, each from the one before, the last number changing first."""
+        """The best motions at all points of the grid, each from the one before; the last number changes fastest."""
         first, found = [np.median(seen.distances[:3]) for seen in self.model.films], list[Fitted]()
         state = np.array([*first, *[0.0] * self.model.differs])
         for logs in product(*self._axes):
@@ -105,13 +105,16 @@ class Search:
 
     @property
     def freedom(self) -> float:
-        """Frames that count, less what is fitted to them: parts count as far as the films determine them."""
+        """Degrees of freedom: the number of frames that count, less that of what is fitted to them.
+
+        Nuisance parameters count as far as the films determine them.
+        """
         seen = self.likelihood.counted(self.found.changes)
         parts = float(np.sum(seen.parts * self.likelihood.weighted(seen.parts, seen.parts)))
         return max(len(seen.residuals) - len(self.numbers) - seen.by_state.shape[1] - parts, 1.0)
 
     def profile(self, k: int, log: float) -> float:
-        """The least sum of squares with unknown number k given."""
+        """The least sum of squares with the logarithm of unknown number k fixed."""
         near = [each for each in self._grid if abs(each.logs[k] - log) <= abs(self._axes[k] - log).min()]
         free = [other for other in range(len(self.numbers)) if other != k]
         costs = np.array([each.cost for each in near])
@@ -154,13 +157,16 @@ class Search:
 
     @cached_property
     def parts(self) -> list[dict[str, float]]:
-        """Half-widths that each thing has in the interval of each unknown number, over its value, to first order."""
+        """Contribution of each nuisance parameter to the half-width of each unknown number, over its value.
+
+        They are of first order; that of the noise is "noise".
+        """
         found = shares(self.likelihood, self.found.changes, self._by_logs, self.model.names, DIFFERENCE.key)
         return [{name: NORMAL * size for name, size in each.items() if size > 0} for each in found]
 
     @property
     def difference(self) -> tuple[float, float]:
-        """The difference of the diameters and its half-width, as the films have it, or as it is known."""
+        """The difference of the diameters over their mean, and its half-width: as fitted, or as given if known."""
         if not self.model.differs:
             return self.model.difference
         best = self.found
@@ -173,16 +179,17 @@ class Search:
 
     @property
     def alike(self) -> float:
-        """Correlation of the residuals of neighbouring frames, which is small where they are exact."""
+        """Correlation of the residuals of neighbouring frames; it is small, too, if they are far below the noise."""
         off = self.found.residuals[self.likelihood.used]
         return float(off[1:] @ off[:-1]) / max(float(off @ off), len(off) * self.likelihood.noise**2)
 
 
 @contextmanager
 def near_films(film: Path | str) -> Iterator[None]:
-    """Context in which films that no motion comes near, so that numbers overflow, are an InputError of the first one.
+    """Turn a singular least-squares problem into an InputError that names the first film.
 
-    A time far behind all others is such a case, or the distance of a frame in a film that has no noise.
+    It arises where no motion of the atlas fits the frames, so that numbers overflow: if a time is far beyond all
+    others, or a single distance is wrong in a film that has no noise.
     """
     try:
         with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
@@ -193,7 +200,7 @@ def near_films(film: Path | str) -> Iterator[None]:
 
 
 def _scatter(times: Array, distances: Array) -> float:
-    """Standard deviation of the noise of a film, from how far frames are off the line between their neighbours."""
+    """Standard deviation of the noise of a film [D_c], by deviations of frames from the line between neighbours."""
     if len(times) < 3:
         return EXACT
     part = (times[1:-1] - times[:-2]) / (times[2:] - times[:-2])

@@ -1,4 +1,4 @@
-"""What the table of a film may have columns of, and how programs and people head these."""
+"""The columns that the table of a film may have, and the headings that programs and people give them."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ _CENTRE = r"cent(er|re|roid)s?"
 
 @dataclass(frozen=True)
 class Heading:
-    """What a column of a film is of.
+    """A kind of column in the table of a film.
 
     Attributes:
         name: Its name in messages.
-        spellings: How such columns are headed, in lower case and with spaces for other signs: regular expressions, the
-            preferred ones first.
-        unit: Its SI unit, "" of what has none.
+        spellings: Regular expressions for the headings of such columns, in lower case and with spaces for other
+            separators; the preferred ones first.
+        unit: SI unit of its values, "" if they have none.
     """
 
     name: str

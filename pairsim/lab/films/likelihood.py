@@ -1,4 +1,4 @@
-"""How probable films are at values of what is unknown: the profile of their likelihood, and intervals by it."""
+"""The likelihood of films over unknown numbers, its profile, and the contributions of nuisance parameters."""
 
 from __future__ import annotations
 
@@ -13,21 +13,22 @@ from pairsim.lab.films.film_model import Changes
 from pairsim.runtime.arrays import Array, Flags, Indices
 
 ROUNDS = 30  # Gauss-Newton steps, at most
-REFRESHED = 3  # times that the parts are computed anew on the way to a minimum, at most
+REFRESHED = 3  # times that the effects of nuisance parameters are computed on the way to a minimum, at most
 STEP = 1e-3  # of a logarithm, for derivatives; chosen
-CLOSE = 5e-4  # of ends of intervals, and of the other number at them, in logarithms; chosen
-SETTLED = 1e-6  # change of the sum of squares at which these steps end, relative
+CLOSE = 5e-4  # tolerance of the ends of intervals, in logarithms; chosen
+SETTLED = 1e-6  # relative change of the sum of squares below which Gauss-Newton steps end
 
 
 class Fitted(NamedTuple):
-    """The best motion at values of what is unknown.
+    """The most probable motion at values of the unknown numbers.
 
     Attributes:
-        cost: Sum of squares of residuals over their noise and of the parts over their standard deviations.
+        cost: Sum of squares of the residuals over their noise, and of the deviations of all nuisance parameters over
+            their standard deviations.
         logs: Logarithms of the unknown numbers, shape (numbers,).
         state: As of `FilmModel.states`, shape (states,).
-        changes: At these.
-        parts: By how many standard deviations each thing that is not known is off, shape (things,).
+        changes: Residuals and derivatives at these.
+        parts: Deviation of each nuisance parameter over its standard deviation, shape (parameters,).
     """
 
     cost: float
@@ -38,22 +39,21 @@ class Fitted(NamedTuple):
 
     @property
     def residuals(self) -> Array:
-        """Residuals of the motion with its parts [D_c], shape (frames,)."""
+        """Residuals with the nuisance parameters at their most probable values [D_c], shape (frames,)."""
         return np.asarray(self.changes.residuals + self.changes.parts @ self.parts)
 
 
 @dataclass(frozen=True)
 class Likelihood:
-    """Of films with independent noise, and of things with normal distributions that act linearly.
+    """The likelihood of films with independent noise and with normal nuisance parameters that act linearly.
 
     Attributes:
-        changes: Residuals and their changes at logarithms of the unknown numbers and at a state.
-        residuals: Residuals and their changes by these alone.
+        changes: Residuals and their derivatives, as a function of the logarithms of the unknown numbers and the state.
+        residuals: Residuals and their derivatives by the state alone, as the same function.
         bounds: Least and largest logarithm of each unknown number, shape (numbers, 2).
         noise: Standard deviation of distances [D_c].
         states: Least and largest values of the state, shape (states, 2).
-        normal: Whether a value of the state has a normal distribution of variance 1, shape (states,); others may be
-            anything.
+        normal: Whether a value of the state has a normal prior of variance 1, shape (states,); others have a flat one.
         used: Whether a frame counts, shape (frames,).
     """
 
@@ -66,9 +66,14 @@ class Likelihood:
     used: Flags
 
     def best(self, logs: Array, state: Array, free: Sequence[int] = ()) -> Fitted:
-        """The most probable motion, searched for from a state and from logarithms, some of which may be fixed.
+        """The most probable motion, by Gauss-Newton steps.
 
-        Gauss-Newton steps, in each round with the parts as they are where it begins.
+        In each round of steps the effects of nuisance parameters are those at its start.
+
+        Args:
+            logs: Logarithms of the unknown numbers, as a first guess.
+            state: The state, as a first guess.
+            free: Indices of the logarithms that are fitted; the others keep their values.
         """
         count = len(free)
         bounds, prior = np.concatenate([self.bounds[list(free)], self.states]), np.append(np.zeros(count), self.normal)
@@ -109,7 +114,10 @@ class Likelihood:
         return np.asarray((self.residuals(ahead, state)[0] - residuals) / step)
 
     def weighted(self, parts: Array, columns: Array) -> Array:
-        """The inverse of the covariance of the frames times columns, shape (frames, columns)."""
+        """The inverse of the covariance of the frames times columns, shape (frames, columns).
+
+        The covariance is that by the noise and by nuisance parameters with the effects `parts`, (frames, parameters).
+        """
         inner = self.noise**2 * np.eye(parts.shape[1]) + parts.T @ parts
         return np.asarray((columns - parts @ np.linalg.solve(inner, parts.T @ columns)) / self.noise**2)
 
@@ -126,7 +134,7 @@ class Likelihood:
 
 
 def minima_of(costs: Array) -> Indices:
-    """Places of the minima of costs, ends included, shape (minima,)."""
+    """Indices of the local minima of costs, ends included, shape (minima,)."""
     padded = np.pad(costs, 1, constant_values=np.inf)
     return np.flatnonzero((costs < padded[:-2]) & (costs <= padded[2:]))
 
@@ -134,17 +142,20 @@ def minima_of(costs: Array) -> Indices:
 def shares(
     likelihood: Likelihood, changes: Changes, by_values: Array, names: Sequence[str], of_state: str
 ) -> list[dict[str, float]]:
-    """By how much each thing that is not known widens the standard deviation of each unknown value, and "noise".
+    """Contribution of each nuisance parameter, and of the noise, to the standard deviation of each unknown value.
 
-    This is the root of the difference of variances, with the thing and without it; that of the noise is what remains
-    without all things.
+    It is the root of the difference of the variances with the nuisance parameter and without it; that of the noise is
+    the standard deviation that remains without any of them.
 
     Args:
         likelihood: Has the noise.
-        changes: At the best motion.
+        changes: Residuals and derivatives at the best motion.
         by_values: Derivatives of the residuals by the values, shape (frames, values).
-        names: Of the columns of `changes.parts`.
-        of_state: Name of the normal values of the state.
+        names: Names of the columns of `changes.parts`; those of one name count together.
+        of_state: Name of the values of the state that have a normal prior.
+
+    Returns:
+        For each value, the contributions by name; that of the noise is "noise".
     """
     seen, normal = likelihood.counted(changes), likelihood.normal
     columns, count = np.concatenate([by_values[likelihood.used], seen.by_state[:, ~normal]], axis=1), by_values.shape[1]
@@ -162,7 +173,7 @@ def shares(
 
 
 def crossing(function: Callable[[float], float], inside: float, outside: float, limit: float) -> float:
-    """Where a function exceeds a limit between two values, the second of them if it does nowhere."""
+    """Where a function reaches a limit between two values; the second of these if it is still below the limit there."""
     if function(outside) <= limit:
         return outside
     return float(scipy.optimize.brentq(lambda value: function(value) - limit, inside, outside, xtol=CLOSE))

@@ -15,9 +15,9 @@ from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import Argument
 from pairsim.runtime.text import counted
 
-NAMED = 12  # particles, or frames, that a sentence names
+NAMED = 12  # largest number of particles, or frames, that a sentence names
 USUAL = 5.0  # ratio to their median up to which deviations from a steady change of the distance are usual; chosen
-NEAREST = 0.1  # quantile of the distances that counts as the least one, of a few that may be wrong; chosen
+NEAREST = 0.1  # quantile of the distances that counts as the least one, as a few may be wrong; chosen
 LOST = 0.0, -1.0  # both coordinates of a particle that is lost, as some trackers write
 UNTRACKED = GAPS | {"-1"}
 
@@ -27,7 +27,7 @@ class Distances(NamedTuple):
 
     Attributes:
         d: Distances in the unit of the positions, by the number of their line.
-        notes: Whose they are, what was left out and put right, in phrases.
+        notes: Whose they are, and then what was left out and put right, in phrases.
     """
 
     d: pd.Series[float]
@@ -42,7 +42,7 @@ def distances_of(table: FilmTable, wanted: str | Sequence[object] | None) -> Dis
         wanted: Names of the two particles; those that are parts of one track are joined by a plus sign.
 
     Raises:
-        InputError: It is not clear which particles are meant, or one becomes another one.
+        InputError: It is not clear which particles are meant, or a track goes on with another particle.
     """
     notes: list[str] = []
     positions = _positions(table, notes)
@@ -148,7 +148,7 @@ def _tracks(table: FilmTable, positions: pd.DataFrame, notes: list[str]) -> dict
 
 
 def _pair(table: FilmTable, tracks: dict[str, pd.DataFrame], wanted: str | Sequence[object] | None) -> tuple[str, str]:
-    """The names of the two particles that are wanted, or that there are; tracks that are joined get a name."""
+    """The names of the two particles: those wanted, or the only two; joined tracks replace their parts in `tracks`."""
     one, *others = tracks
     order = sorted(tracks, key=lambda name: -len(tracks[name])) if len(tracks) > NAMED else [*tracks]
     has = named(f"{name} ({counted(len(tracks[name]), 'frame')}, {_ends(tracks[name])})" for name in order)
@@ -179,10 +179,10 @@ def _pair(table: FilmTable, tracks: dict[str, pd.DataFrame], wanted: str | Seque
 def _untangled(
     table: FilmTable, tracks: dict[str, pd.DataFrame], pair: tuple[str, str], notes: list[str]
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """The tracks of a pair in the frames that they share, with particles put back that took the place of another.
+    """The tracks of a pair in the frames that they share, after names that were exchanged are put back.
 
     Two particles keep apart, and move alike from frame to frame. Where their distance jumps by more than half of the
-    least distance, and more than usual, one of them is another particle from there on.
+    least distance, and by more than usual, one of the names belongs to another particle from there on.
     """
     exchanged: dict[str, list[float]] = {}
     last = -np.inf
@@ -220,7 +220,15 @@ def _untangled(
 
 
 def _takes_over(track: pd.DataFrame, key: float, expected: Array, partner: pd.Series[float], limit: float) -> bool:
-    """Whether a track is, in a frame, where one is expected, and not nearer to where it would be itself."""
+    """Whether a track is, in a frame, where a particle of the pair is expected, and not nearer to its own course.
+
+    Args:
+        track: The other track.
+        key: The frame.
+        expected: The position of the particle that is expected there, shape (2,).
+        partner: Positions of the other particle of the pair by frame, with which all are taken to move.
+        limit: How far off the position may be.
+    """
     if key not in track.index:
         return False
     there = track.loc[key, ["x", "y"]].to_numpy(dtype=float)
@@ -235,9 +243,14 @@ def _takes_over(track: pd.DataFrame, key: float, expected: Array, partner: pd.Se
 
 
 def _next_jump(keys: Array, at: Sequence[Array]) -> tuple[int, float] | None:
-    """The first frame in which one of two particles is another one, and how far positions may be off there.
+    """The first frame in which one of two tracks goes on with another particle, and how far positions may be off there.
 
-    Where both have taken each other's place, which their middle shows, nothing is wrong: their distance is the same.
+    Where both have exchanged their names, which leaves their midpoint as it is, nothing is wrong: the distance is the
+    same. None if there is no such frame.
+
+    Args:
+        keys: Numbers or times of the frames, shape (frames,).
+        at: Positions of both particles, shape (frames, 2) each.
     """
     if len(keys) < 3:
         return None
@@ -252,7 +265,7 @@ def _next_jump(keys: Array, at: Sequence[Array]) -> tuple[int, float] | None:
 
 
 def deviations(positions: Array, gap: Array) -> Array:
-    """How far positions are from where their usual velocity brings them, shape (frames - 1,).
+    """Distances of positions from where the median velocity brings them from the frame before, shape (frames - 1,).
 
     Args:
         positions: Points, shape (frames, coordinates).
@@ -263,7 +276,13 @@ def deviations(positions: Array, gap: Array) -> Array:
 
 
 def usual_limits(least: float, off: Array, gap: Array) -> Array:
-    """The largest deviations that do not tell that a particle has become another one, shape (frames - 1,)."""
+    """The largest deviations with which a particle still counts as the same one, shape (frames - 1,).
+
+    Args:
+        least: The least that any of them may be.
+        off: Deviations, as of `deviations`.
+        gap: Times between frames, in any unit.
+    """
     return np.maximum(least, USUAL * np.median(off / gap) * gap)
 
 

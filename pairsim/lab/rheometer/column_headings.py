@@ -1,4 +1,4 @@
-"""How the columns of flow curves and moduli are headed in files of rheometers, and which units stand there."""
+"""Headings of the columns of flow curves and moduli in files of rheometers, and their units."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ UNITS |= dict.fromkeys(("viscosity", "complex viscosity"), "Pa*s")
 
 @dataclass(frozen=True)
 class Spellings:
-    """How rheometers write what a table has: regular expressions, see headings.yaml.
+    """Spellings in files of rheometers, as regular expressions; see headings.yaml.
 
     Attributes:
         columns: Names of columns by their quantities, the preferred ones first, for each kind of file.
-        unlike: Headings that are of something else, by quantity.
+        unlike: Headings that look like those of a quantity but mean something else, by quantity.
         no_values: Headings of columns without measured values.
         tests: A line above a table with the name of a test.
-        samples: The same of a sample.
-        of_something_else: Names of tables that are not of a liquid to be fitted.
-        east_asian: What a text of Chinese or Japanese has.
-        like_units: A text beside a name that must have been a unit.
-        signs: Signs that are written in several ways, by the one that is taken.
-        units: What is replaced in units, in turn, to be as in pint.
+        samples: A line above a table with the name of a sample.
+        of_something_else: Names of tables of anything but a liquid to be fitted, such as calibrations.
+        east_asian: Words by which a Chinese or Japanese text is recognised.
+        like_units: A text beside a name that is probably meant as a unit.
+        signs: Characters that are written in several ways: all variants by the one that replaces them.
+        units: Replacements in units, made one after the other, that lead to the notation of pint.
     """
 
     columns: Mapping[str, Mapping[str, Sequence[str]]]
@@ -56,7 +56,15 @@ def spellings() -> Spellings:
 
 
 def places(kind: str, row: Sequence[str]) -> dict[str, dict[int, str]]:
-    """Places of the cells that name a quantity, the preferred first, and what each says after the name."""
+    """The cells of a row that name each quantity, the preferred ones first: their places, and the text after the name.
+
+    Args:
+        kind: "rheology" or "spectrum".
+        row: The cells.
+
+    Returns:
+        By quantity, the text after its name by the place of the cell, from 0.
+    """
     found: dict[str, dict[int, str]] = {}
     for quantity, names in spellings().columns[kind].items():
         unlike = f"{spellings().no_values}|{spellings().unlike.get(quantity, '$^')}"
@@ -76,17 +84,24 @@ class Column:
     heading: str
     unit: str
     factor: float  # the unit in SI units
-    assumed: str  # the SI unit, for a column without one
+    assumed: str  # the SI unit, which is assumed for a column without a unit
 
     def __str__(self) -> str:
         return f'column {self.place + 1} "{self.heading}"'
 
 
 def column(quantity: str, place: int, heading: str, rest: str, around: Sequence[str]) -> Column:
-    """A column with its unit, from the heading, what it says after the name, and cells around it.
+    """A column with its unit.
+
+    Args:
+        quantity: Its quantity.
+        place: Its place, from 0.
+        heading: Its heading.
+        rest: The text of the heading after the name of the quantity.
+        around: Cells around the heading, which may have the unit.
 
     Raises:
-        ValueError: Its unit is not known, or is none of the dimension; says which.
+        ValueError: The unit is unknown, has a factor, or is of another dimension; the message says which is needed.
     """
     of = UNITS.get(quantity, "Pa")
     si = of.replace("*", ".")
@@ -111,7 +126,7 @@ def column(quantity: str, place: int, heading: str, rest: str, around: Sequence[
 
 
 def factor_of(text: str, of: str) -> float | None:
-    """A unit in another one, None if it is no such unit."""
+    """The size of the unit `text` in the unit `of`; None if it is no unit of this dimension."""
     turns = re.search("(?i)hz|hertz|rpm|rev|u/min|cycle", text)
     milli_or_mega = r"\bMPA\b|\bMPAS"
     if of == UNITS["viscosity"]:

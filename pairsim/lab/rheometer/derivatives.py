@@ -1,9 +1,8 @@
 """Derivatives of what a rheometer measures by the numbers of a viscoelastic liquid, whose modes are of one law.
 
 A quantity of `Measured` is eta_0 [xi s + (1 - xi) sum_i w_i q_i], where s is the part of the solvent and q_i that of
-mode i, which depends on its relaxation time and on the numbers of the law. In steady shear the conformation c of a mode
-is where its rate of change R(c, Wi, a) vanishes, and so dc = -(dR/dc)^-1 dR; derivatives of R are those of complex
-steps.
+mode i, which depends on its relaxation time and on the numbers a of the law. In steady shear the rate of change
+R(c, Wi, a) of the conformation c of a mode vanishes, so that dc = -(dR/dc)^-1 dR; R is differentiated by complex steps.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ from pairsim.physics.homogeneous import ShearMemory, steady_shear
 from pairsim.physics.liquids import ConformationLaw, Liquid, single
 from pairsim.runtime.arrays import Array, Indices
 
-STEP = 1e-30  # of complex steps, which have no cancellation
+STEP = 1e-30  # complex step, which causes no cancellation
 
 
 @dataclass(frozen=True)
@@ -44,7 +43,7 @@ class Parts:
 
 
 class Sheared(ShearMemory):
-    """A memory of steady shear that shows the last solution, of modes that differ in their times and weights alone.
+    """A memory of steady shear that exposes its last solution, for modes that differ only in times and weights.
 
     Attributes:
         Wi: Weissenberg numbers of the first mode at all rates, then those of the second, ..., (M n,).
@@ -62,8 +61,10 @@ class Sheared(ShearMemory):
 
 
 def numbers_of(liquid: Liquid, eta_0: float) -> Array:
-    """The numbers by which `slopes` are derivatives: log eta_0, xi, weights and logarithms of times of all modes, and
-    those of their law, (2 + 2 M + K,)."""
+    """The numbers by which `slopes` differentiates, shape (2 + 2 M + K,).
+
+    They are log eta_0, xi, the weights and the logarithms of the relaxation times of all modes, and those of their law.
+    """
     weights = [mode.weight for mode in liquid.modes]
     times = [np.log(liquid.relaxation_time(mode)) for mode in liquid.modes]
     return np.array([np.log(eta_0), liquid.xi, *weights, *times, *liquid.modes[0].numbers.values()])
@@ -75,7 +76,7 @@ def slopes(liquid: Liquid, x: dict[str, Array], memory: Sheared) -> Array:
     Args:
         liquid: The liquid.
         x: Shear rates [1/s] or frequencies [rad/s] by the name of the quantity, of n values together.
-        memory: What remembers the steady shear of a similar liquid at the same rates.
+        memory: Has the steady shear of a similar liquid at the same rates, from which Newton's method starts.
 
     Returns:
         Derivatives, (n, 2 + 2 M + K).
@@ -99,7 +100,7 @@ def slopes(liquid: Liquid, x: dict[str, Array], memory: Sheared) -> Array:
 
 
 def _in_oscillation(liquid: Liquid, frequency: Array) -> tuple[Parts, Parts]:
-    """Storage and loss modulus."""
+    """Storage and loss modulus over eta_0 at frequencies, (n,)."""
     x = np.array([[liquid.relaxation_time(mode)] for mode in liquid.modes]) * frequency
     none = np.zeros((len(liquid.modes[0].numbers), *x.shape))
     below = 1 / (1 + x**2)
@@ -108,7 +109,7 @@ def _in_oscillation(liquid: Liquid, frequency: Array) -> tuple[Parts, Parts]:
 
 
 def _in_shear(liquid: Liquid, rates: Array, memory: Sheared) -> tuple[Parts, Parts]:
-    """Viscosity and first normal stress difference."""
+    """Viscosity and first normal stress difference over eta_0 at shear rates, (n,)."""
     steady_shear(liquid, rates, memory)
     law = replace(liquid.modes[0], time=1.0, weight=1.0)
     shape = len(liquid.modes), len(rates)

@@ -1,7 +1,7 @@
 """Flow curves and moduli in the text files that rheometers and spreadsheets write.
 
 Such a file has one table or several, each below a line of headings, in an encoding and with separators and decimal
-marks of its own. Tables are found by their headings, see `rheometer_tables`; which of them is read is decided here.
+marks of its own. Tables are found by their headings, see `export_tables`; which of them is read is decided here.
 Made after public files in github.com/bsaintmichel/read-rheol (RheoCompass, rSpace, TRIOS), jorge-ramirez-upm/RepTate
 (.tts, .osc), KarlClinckspoor/Rheology (RheoWin), imewei/rheojax and 3mcloud/hermes-rheo (TRIOS for LIMS, spreadsheets)
 and lunin02118-ops/rheolab (viscometers of Chandler and OFITE).
@@ -25,21 +25,21 @@ from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import Argument, InputError
 
 ENCODINGS = ["utf_8", "utf_16", "utf_16_le", "utf_16_be", "cp1252"]
-EASTERN = "gb18030", "cp932"  # known by their words: to statistics short tables in them look like others
+EASTERN = "gb18030", "cp932"  # recognised by words, as statistics take short tables in them for other encodings
 SPREADSHEETS = b"PK\x03\x04", b"\xd0\xcf\x11\xe0"  # first bytes of .xlsx, .ods and .xls
 ONE_SIGN = str.maketrans({each: sign for sign, others in spellings().signs.items() for each in others})
 REPTATE = "omega[rad/s]\tG'[Pa]\tG''[Pa]"
 START_UP = r"(?i)\b(gdot|edot|stress|strain|gamma\w*)\s*="
-"""What the first line of such a file says that is not of small oscillations."""
+"""Words in the first line of such a file that is not one of small oscillations."""
 NEEDED = {
     "rheology": ("shear rate and viscosity or shear stress", "shear rate [1/s], viscosity [mPa.s]"),
     "spectrum": ("frequency, storage modulus and loss modulus", "frequency [Hz], G' [Pa], G'' [Pa]"),
 }
 """What each kind of file needs, and an example of its headings."""
-LEAST_SPAN = 2.0  # largest over least rate: what is measured at about one rate is no curve; chosen
-ALIKE = 0.1  # median of the logarithms by which sections of one liquid may differ at the same rates; chosen
-LEAST_APART = 0.005  # differences that are said; chosen
-MOST_NAMED = 8  # sections, or headings, that a sentence names
+LEAST_SPAN = 2.0  # least ratio of the largest to the least rate: points at about one rate are no curve; chosen
+ALIKE = 0.1  # largest median difference of the logarithms of sections of one liquid at the same rates; chosen
+LEAST_APART = 0.005  # least difference that is reported; chosen
+MOST_NAMED = 8  # largest number of sections, or headings, that a sentence names
 
 
 class Choice(NamedTuple):
@@ -50,15 +50,19 @@ class Choice(NamedTuple):
 
 
 def read_columns(kind: str, file: Path, wanted: str | Sequence[str] = ()) -> tuple[dict[str, Array], list[str]]:
-    """The quantities that a file holds in SI units, and what was read and left out in sentences.
+    """The quantities of a file in SI units, and sentences on what was read and what was left out.
 
-    Those of `rheology` are rate, viscosity and N1, those of `spectrum` frequency, storage and loss. The section that is
-    read has a name with one of `wanted` in it; where several are curves of the same liquid, it is the first one of
-    those with the widest range.
+    Files of the kind "rheology" have rate, viscosity and N1, those of "spectrum" frequency, storage and loss. Where
+    several sections are curves of one liquid, that with the widest range of rates is read.
+
+    Args:
+        kind: "rheology" or "spectrum".
+        file: The file.
+        wanted: Parts of names: a section is read only if its name contains one of them. None given: any section.
 
     Raises:
         InputError: The file is no text, has no table with these columns, several that differ, or too few rows; a row
-            does not fit under its headings; columns contradict each other.
+            does not fit its headings; columns contradict each other.
     """
     try:
         section, others = _choice(kind, text_of(file), [wanted] if isinstance(wanted, str) else wanted)
@@ -75,7 +79,7 @@ def read_columns(kind: str, file: Path, wanted: str | Sequence[str] = ()) -> tup
 
 
 def text_of(file: Path) -> str:
-    """The text of a file in any encoding, with lines that end in \\n, one kind of signs, and no comments.
+    """The text of a file in any encoding, with lines that end in \\n, one sign for each meaning, and no comment signs.
 
     Raises:
         ValueError: It cannot be read, or is no text.
@@ -101,10 +105,10 @@ def text_of(file: Path) -> str:
 
 
 def _choice(kind: str, text: str, wanted: Sequence[str]) -> Choice:
-    """The section to be read; ValueError where there is none, or which one it is has to be asked."""
+    """The section to be read, and the others; ValueError if there is none, or if the user has to choose one."""
     lines = text.split("\n")
     reptate = kind == "spectrum" and re.match(r"\w+=[^;\n]*;", text) and not re.search(START_UP, lines[0])
-    if reptate and not any(heading_of(kind, line) for line in lines):  # as most of its files
+    if reptate and not any(heading_of(kind, line) for line in lines):  # as in most files of RepTate
         count = next((len(line.split()) for line in lines if re.match(r"\s*[.\d]", line)), 0)
         lines[0] = REPTATE + "\tfurther" * (count - 3)
     sections = sections_of(kind, lines, leading=bool(reptate))
@@ -137,14 +141,14 @@ def _choice(kind: str, text: str, wanted: Sequence[str]) -> Choice:
 
 
 def _list(names: Iterable[str]) -> str:
-    """Names in a sentence, some of them if they are many."""
+    """Names for a sentence, the first ones if there are many."""
     all_ = [*names]
     more = len(all_) - MOST_NAMED
     return "; ".join(all_[:MOST_NAMED]) + (f" and {more} more" if more > 0 else "")
 
 
 def _is_wide(section: Section) -> bool:
-    """Whether a section has enough rows, or marks that keep it from being read."""
+    """Whether the rates of a section span a wide enough range; True, too, if its marks keep it from being read."""
     try:
         return section.span >= np.log(LEAST_SPAN)
     except ValueError:
@@ -165,7 +169,7 @@ def _too_few(kind: str, lines: Sequence[str], sections: Sequence[Section]) -> st
 
 
 def _unfit(section: Section, chosen: bool) -> str:
-    """Why a section is not fitted, "" if it may be; a calibration is where it was chosen by its name."""
+    """Why a section is not fitted, "" if it can be; a calibration is fitted only if it was chosen by its name."""
     if section.misfit:
         return section.misfit
     if not chosen and re.search(spellings().of_something_else, section.name):
@@ -196,7 +200,7 @@ def _by(apart: float) -> str:
 
 
 def _read(section: Section, columns: Mapping[str, Column], rates: Array) -> str:
-    """The points, their range, and what was read of which column."""
+    """A sentence on the points, their range, and which quantity was read from which column."""
     (_, rate), *others = columns.items()
     of_rate = f"{rates.min():.4g} to {rates.max():.4g} {rate.assumed}"
     if rate.factor != 1:
@@ -206,7 +210,7 @@ def _read(section: Section, columns: Mapping[str, Column], rates: Array) -> str:
 
 
 def _left_out(kind: str, section: Section, columns: Mapping[str, Column]) -> Iterator[str]:
-    """The rows that cannot be used, and the columns that look as if they could be."""
+    """Sentences on rows that cannot be used, and on columns that are not read but may have a quantity, too."""
     out = section.numbers[~section.usable].drop(columns="N1", errors="ignore")
     if len(out):
         line, of_first = out.index[0], out.iloc[0]
@@ -225,7 +229,7 @@ def _left_out(kind: str, section: Section, columns: Mapping[str, Column]) -> Ite
 
 
 def _without_noise(values: dict[str, Array]) -> Iterator[str]:
-    """N1 is NaN up to the largest rate at which it is not positive: what is measured there is noise about zero."""
+    """Set N1 to NaN up to the largest rate at which it is not positive, where it is noise about zero, and say so."""
     noise = values["rate"][values["N1"] <= 0]
     if len(noise):
         values["N1"] = np.where(values["rate"] > noise.max(), values["N1"], np.nan)
@@ -234,7 +238,7 @@ def _without_noise(values: dict[str, Array]) -> Iterator[str]:
 
 
 def _assumed(file: Path, columns: Mapping[str, Column]) -> Iterator[str]:
-    """Warnings of units that are not given, or may be meant in another way."""
+    """Warnings of units that are missing, or that may be meant in another way."""
     if without := [f"{each}, taken as {each.assumed}" for each in columns.values() if each.assumed and not each.unit]:
         units = f"no unit is given of {', '.join(without)}"
         yield f"warning: {file.name}: {units}; if it is another one, write it into the heading, as [mPa.s]"

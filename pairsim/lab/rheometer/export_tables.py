@@ -1,4 +1,4 @@
-"""Tables in the text of a file: each below a line of headings, with a name and rows that fit under these."""
+"""Tables in the text of a file: each below a line of headings, with a name, and rows that fit the headings."""
 
 from __future__ import annotations
 
@@ -32,40 +32,40 @@ COLUMNS: Mapping[str, Sequence[tuple[str, ...]]] = {
         *product(["frequency"], ["complex modulus", "storage", "loss", "complex viscosity"], ["factor", "phase"]),
     ],
 }
-"""The columns that say what a kind of file needs, the preferred ones first."""
+"""The sets of columns with either of which a table has what its kind of file needs, the preferred ones first."""
 FEWEST = 5
-Places = dict[str, tuple[int, str]]  # of the column of each quantity, and what its heading says after the name
+Places = dict[str, tuple[int, str]]  # by quantity, the place of its column, and the text of its heading after the name
 
 
 @dataclass(frozen=True)
 class Section:
     """A table of a file, or those rows of it that belong to one step."""
 
-    name: str  # its name, or where it is
+    name: str  # its name, or where it is in the file
     line: int  # of its headings, from 1
     heading: list[str]  # the cells of this line
     places: Places  # the quantities that are read, rates first
-    further: Places  # those that tell whether it is what it seems to be
+    further: Places  # others, by which it is checked
     near: pd.DataFrame  # rows above and below the headings, which may have units
     cells: pd.DataFrame  # the rows by the number of their line
     marks: Marks  # of its numbers
-    beside: frozenset[int] = frozenset()  # places of columns with the same headings, which other sections have
-    misfit: str = ""  # why a row, or each row, does not fit under the headings
-    foreign: bool = False  # whether no row does
-    aside: str = ""  # rows below it that are not of it
+    beside: frozenset[int] = frozenset()  # places of columns with the same headings that belong to other sections
+    misfit: str = ""  # why a row, or every row, does not fit the headings
+    foreign: bool = False  # whether no row fits them
+    aside: str = ""  # a description of rows below it that do not belong to it
 
     def numbers_of(self, quantity: str) -> pd.Series[float]:
         """A column in its unit, NaN where there is no number, (rows,).
 
         Raises:
-            ValueError: Its marks may be of thousands.
+            ValueError: Its marks may separate thousands.
         """
         place, _ = (self.places | self.further)[quantity]
         return numbers_in(self.cells[place], self.marks)
 
     @cached_property
     def numbers(self) -> pd.DataFrame:
-        """The columns that are read, by quantity; ValueError as of `numbers_of`."""
+        """The columns that are read, by quantity; ValueError as for `numbers_of`."""
         return pd.DataFrame({name: self.numbers_of(name) for name in self.places}, self.cells.index)
 
     @cached_property
@@ -87,17 +87,17 @@ class Section:
 
     @property
     def of_columns(self) -> str:
-        """The numbers of its columns."""
+        """The numbers of its columns, counted from 1, in words."""
         return f"columns {' and '.join(str(i + 1) for i in sorted(i for i, _ in self.places.values()))}"
 
     @property
     def span(self) -> float:
-        """The logarithm of the largest over the least rate."""
+        """The logarithm of the largest over the least rate; 0 if too few rows are usable."""
         rates = self.numbers.iloc[:, 0][self.usable]
         return float(np.log(rates.max() / rates.min())) if len(rates) >= FEWEST else 0.0
 
     def si(self, columns: Mapping[str, Column] | None = None) -> dict[str, Array]:
-        """What its usable rows have, by quantity in SI units, (rows,)."""
+        """The values of its usable rows, by quantity in SI units, (rows,) each."""
         usable = self.numbers[self.usable]
         return {name: usable[name].to_numpy() * each.factor for name, each in (columns or self.columns).items()}
 
@@ -106,7 +106,7 @@ def cells_of(line: str, separator: str) -> list[str]:
     """The cells of a line, split at blanks if it does not have the separator."""
     if len(separator) == 1 and separator in line:
         cells = next(csv.reader([line], delimiter=separator))
-    else:  # numbers have no spaces in between that would be none
+    else:  # a row of numbers alone, which has no blanks within a cell
         words = re.search(r"[^\W\d_eEdD]", line)
         cells = re.split((SPACES if len(separator) == 1 else separator) if words else r"\s+", line.strip())
     return [cell.replace("_", " ").replace('"', "''").strip() for cell in cells]
@@ -119,7 +119,7 @@ def table_of(rows: Mapping[int, Sequence[str]]) -> pd.DataFrame:
 
 
 def heading_of(kind: str, line: str) -> tuple[str, list[str], Places] | None:
-    """The separator of a line of headings, its cells, and the columns of a kind of file; None if it is none."""
+    """The separator of a line of headings, its cells, and the columns of a kind of file; None if it has no headings."""
     separators = SEPARATORS[:-1] if re.search(r"[\t;,]", line) else SEPARATORS
     for separator in separators if re.search(r"[^\W\d_]", line) else ():
         cells = cells_of(line, separator)
@@ -143,7 +143,7 @@ def _places(kind: str, row: Sequence[str]) -> Places:
 def sections_of(kind: str, lines: Sequence[str], leading: bool = False) -> list[Section]:
     """All tables with the columns of a kind of file, split by the steps that their rows name.
 
-    With `leading`, rows have the first columns of the headings, perhaps not all of them.
+    With `leading`, rows may lack the last columns of the headings.
     """
     heads = {i: found for i, line in enumerate(lines) if (found := heading_of(kind, line))}
     repeated = [i for k, i in pairwise(heads) if lines[i] == lines[k] and re.match(r'[\s"]*[-+.\d]', lines[i - 1])]
@@ -247,7 +247,7 @@ def _sample_above(above: Sequence[str], part: _Part, parts: Sequence[_Part]) -> 
 
 
 def _split_again(line: str, row: list[str], names: int) -> list[str]:
-    """A row of numbers that has not a cell for each heading, split at blanks and tabs if it then has."""
+    """A row of numbers; if it lacks cells, it is split at blanks and tabs, provided that this gives one a heading."""
     if len(row) == names or not re.fullmatch(r"[-+\d.eEdD\s]*", line):
         return row
     again = line.split()
@@ -273,7 +273,15 @@ def _filled(row: Sequence[str]) -> int:
 
 
 def _without_others(rows: dict[int, list[str]], most: int, names: int) -> tuple[dict[int, list[str]], str]:
-    """The rows up to a block below an empty line that has another number of cells in each row, and what this has."""
+    """The rows before a block that does not fit the headings, below an empty line, and what that block is, in words.
+
+    The words are empty without such a block.
+
+    Args:
+        rows: Cells by the number of the line.
+        most: Largest number of cells that may be filled.
+        names: Number of headings.
+    """
 
     def fits(row: Sequence[str]) -> bool:
         return names <= len(row) and _filled(row) <= most
@@ -291,10 +299,10 @@ def _without_others(rows: dict[int, list[str]], most: int, names: int) -> tuple[
 
 
 def _misfit(rows: Mapping[int, Sequence[str]], line: int, names: int, raw: int, leading: bool) -> tuple[str, bool]:
-    """What is wrong with the first row that has not a cell for each heading, and whether no row has.
+    """What is wrong with the first row that does not fit the headings ("" if all do), and whether no row fits them.
 
-    Empty cells may be missing at the end of a row: where those of the other rows are never numbers or, with `leading`,
-    in all rows. Elsewhere a cell that is missing may be any.
+    Cells may be missing at the end of a row if other rows never have numbers there or, with `leading`, if all rows are
+    equally short. Elsewhere it is not known which cell is missing.
     """
     data = {at: row for at, row in rows.items() if _is_data(row)}
     full = [row for row in data.values() if len(row) >= names]

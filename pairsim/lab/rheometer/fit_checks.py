@@ -1,4 +1,4 @@
-"""What the columns of a table say of each other, and whether a table is a curve of one liquid."""
+"""Whether the columns of a table agree with each other, and whether a table is a curve of one liquid."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ USUAL = {
     "loss": ("Pa", "kPa", "MPa"),
 }
 """Units that a column without one may have."""
-MODULUS = "modulus of storage and loss"  # which no column has
+MODULUS = "modulus of storage and loss"  # |G*| from G' and G'', which no column has
 
 
 class Relation(NamedTuple):
-    """Two quantities that are the same, each a product of columns."""
+    """Two products of columns that must be equal."""
 
-    powers: Mapping[str, int]  # of each column in the ratio of the first to the second one
+    powers: Mapping[str, int]  # power of each column in the ratio of the first product to the second one
     first: str
     second: str
 
@@ -49,17 +49,17 @@ RELATIONS = {
         Relation({"storage": 1, "factor": 1, "loss": -1}, "storage modulus times loss factor", "the loss modulus"),
     ],
 }
-FEW = 3  # rows from which on columns are compared
-SAME = 0.1  # what such quantities may differ by, logarithm; chosen: corrections are larger
-SURE = 0.03  # the same where a unit follows from it; chosen
-HELD = {"stress": 0.002, "rate": 0.01}  # what differs by less, relatively, is of one setting; chosen
-ABOUT = 0.05  # the same of rates while an instrument adjusts them; chosen
-CHANGES = 2.0  # largest over least value at one setting from which on it changes there; chosen
-MOST_KELVIN = 5.0  # range of temperatures in which a liquid is one; chosen
+FEW = 3  # least number of rows with which columns are compared
+SAME = 0.1  # largest logarithm of the ratio of such products; chosen: corrections are larger
+SURE = 0.03  # the same where a missing unit follows from it; chosen
+HELD = {"stress": 0.002, "rate": 0.01}  # relative difference below which values are of one setting; chosen
+ABOUT = 0.05  # the same for rates while an instrument adjusts them; chosen
+CHANGES = 2.0  # ratio of the largest to the least value at one setting from which on it changes there; chosen
+MOST_KELVIN = 5.0  # range of temperatures over which a curve still counts as one of a single liquid; chosen
 
 
 def agreed(kind: str, section: Section) -> tuple[dict[str, Column], list[str]]:
-    """The columns that are read, with a unit that follows from the others where one has none, and what followed.
+    """The columns that are read, and sentences on missing units, which are inferred from the other columns.
 
     Raises:
         ValueError: Columns contradict each other, or a unit is not understood.
@@ -82,7 +82,13 @@ def agreed(kind: str, section: Section) -> tuple[dict[str, Column], list[str]]:
 
 
 def _unit_by(relation: Relation, section: Section, columns: Mapping[str, Column]) -> tuple[str, Column] | None:
-    """The column that is read, has no unit and gets one by a relation; ValueError where this does not hold."""
+    """The name of a column that is read without a unit, and the column with the unit that follows from a relation.
+
+    None if there is no such column.
+
+    Raises:
+        ValueError: The relation does not hold.
+    """
     numbers = {name: section.numbers_of(name).to_numpy() * of.factor for name, of in columns.items()}
     if MODULUS in relation.powers:
         numbers[MODULUS] = np.hypot(numbers["storage"], numbers["loss"])
@@ -122,7 +128,7 @@ def _unit_by(relation: Relation, section: Section, columns: Mapping[str, Column]
 
 
 def _rounding(cells: pd.Series[str]) -> Array:
-    """By how much numbers may be rounded, over their sizes: 0.05 for those of two digits, (rows,)."""
+    """Relative rounding errors by the digits of numbers, such as 0.05 for those of two digits, (rows,)."""
     digits = (
         cells.str.replace(r"(?i)[ed].*", "", regex=True).str.replace(r"\D", "", regex=True).str.lstrip("0").str.len()
     )
@@ -130,7 +136,7 @@ def _rounding(cells: pd.Series[str]) -> Array:
 
 
 def _size(quantity: str, unit: str) -> float:
-    """A unit in the SI unit of a quantity."""
+    """The size of a unit in the SI unit of a quantity."""
     factor = factor_of(unit, UNITS.get(quantity, "Pa"))
     assert factor is not None
     return factor
@@ -140,7 +146,7 @@ def no_curve(section: Section) -> str:
     """Why a section cannot be the flow curve, or the moduli, of one liquid; "" if it can.
 
     Raises:
-        ValueError: Marks may be of thousands.
+        ValueError: Marks in the numbers may separate thousands.
     """
     numbers = section.numbers[section.usable].drop(columns="N1", errors="ignore")
     x, over = numbers.iloc[:, 0], "shear rate" if "rate" in numbers else "frequency"
@@ -160,14 +166,14 @@ def no_curve(section: Section) -> str:
 
 
 def _part_that_changes(setting: pd.Series[float], values: pd.Series[float], held: float) -> float:
-    """The part of the rows at whose setting the values change."""
+    """The fraction of rows at whose setting, held within a relative difference, the values change."""
     alike = values.groupby(np.round(np.log(setting) / held))
     changes = alike.transform("max") >= CHANGES * alike.transform("min")
     return float(changes.mean()) if len(changes) else 0.0
 
 
 def _kelvin(section: Section) -> float:
-    """The range of the temperatures of the rows that are used, the outermost tenths left out; 0 without any."""
+    """The range of temperatures [K] of the rows that are used, without the outermost tenths; 0 if none are known."""
     if "temperature" not in section.further:
         return 0.0
     place, _ = section.further["temperature"]
@@ -194,11 +200,11 @@ def measured_in(values: dict[str, Array]) -> dict[str, Array]:
 
 
 def difference(kind: str, one: Section, other: Section) -> float:
-    """By how much two sections differ at the same rates, the median of the logarithms; NaN where none are the same.
+    """The median difference of the logarithms of two sections at the same rates; NaN if their rates do not overlap.
 
     Raises:
         ValueError: One of them has columns that contradict each other, a unit that is not understood, or marks that may
-            be of thousands.
+            separate thousands.
     """
     both = [measured_in(each.si(agreed(kind, each)[0])) for each in (one, other)]
     (x, *ys), (x_other, *ys_other) = ([y for name, y in each.items() if name != "N1"] for each in both)

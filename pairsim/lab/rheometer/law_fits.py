@@ -1,7 +1,8 @@
 """Liquids fitted to what a rheometer measures: flow curves, normal stresses, and moduli of small oscillations.
 
-Quantities are in SI units: a liquid is evaluated with U_av/D_c = 1/s, so that De is its relaxation time in s, and eta_0
-times what it says is its stress in Pa. Deviations are those of logarithms, which weighs all decades alike.
+Quantities are in SI units: a liquid is evaluated with U_av/D_c = 1/s, so that De is its relaxation time in s, and its
+dimensionless stress times eta_0 is its stress in Pa. Deviations are those of logarithms, which gives all decades the
+same weight.
 """
 
 from __future__ import annotations
@@ -26,20 +27,21 @@ from pairsim.quantities.measurable import Measurable
 from pairsim.runtime.arrays import Array
 
 CONFIDENCE = 0.95
-SINGULAR = 1e-9  # what is added to squares of derivatives: data may not determine a number, or a combination of several
-MOST_STEPS, NEAR_ENOUGH = 20, 0.03  # to the end of an interval, and how near of its half-width; chosen
+SINGULAR = 1e-9  # added to the diagonal of J^T J: data may not determine a number, or a combination of several
+MOST_STEPS, NEAR_ENOUGH = 20, 0.03  # for the end of an interval, and how near, over its half-width; chosen
 MOST_MODES = 4
 LOGARITHMIC = 100.0  # ratio of the bounds of a parameter from which its logarithm is fitted; chosen
-FARTHEST = 1e-3, 1e3  # bounds of relaxation times over the inverse of the slowest and fastest rate; chosen
+FARTHEST = 1e-3, 1e3  # bounds of relaxation times over the inverse of the fastest and of the slowest rate; chosen
 NOT_DESCRIBED = 3.0  # deviation over the scatter of the data above which no law is said to describe them; chosen
 CLOSE = 0.02  # deviation below which a law describes any data: rheometers are not better than this; chosen
-SMALLEST = 1e-12  # bound of viscosities of solvents and modes over those of others; chosen
+SMALLEST = 1e-12  # least part of the solvent in the viscosity, and least weight of further modes over the first; chosen
 FURTHER_MODE = 0.1  # time and weight of one more mode over those of the last one, as a first guess; chosen
-AT_BOUND = 0.01  # of a logarithm; chosen
-INSIDE = 1e-3  # from a bound that is itself excluded, as a part of it: numbers of cases are rounded to four digits
-MOST_OFF = 20.0  # bound of deviations, also of what a law does not have; chosen
-DIFFERENCE = 1e-7  # of numbers, or their logarithms, in derivatives of those of the liquid by them; chosen
-EVIDENCE, STRONG = 2.0, 10.0  # of the Bayesian information criterion: positive and very strong (Kass and Raftery 1995)
+AT_BOUND = 0.01  # distance of a logarithm from its bound below which it counts as being there; chosen
+INSIDE = 1e-3  # relative distance from a bound that is itself excluded: numbers of cases are rounded to four digits
+MOST_OFF = 20.0  # bound of deviations, also where a law gives no number; chosen
+DIFFERENCE = 1e-7  # step of a fitted number, or its logarithm, for derivatives of the liquid's numbers; chosen
+# Positive and very strong evidence by the Bayesian information criterion (Kass and Raftery 1995).
+EVIDENCE, STRONG = 2.0, 10.0
 
 
 @dataclass(frozen=True)
@@ -49,7 +51,7 @@ class Number:
     Attributes:
         value: Its value.
         least, most: The interval in which it lies with a probability of 95 %, if the law describes the liquid. Ends
-            that the data do not determine are infinite; both are the value of a number that was given.
+            that the data do not determine are infinite; of a number that was given both are its value.
     """
 
     value: float
@@ -62,7 +64,7 @@ class Number:
 
 
 def fits(data: Measured, laws: Sequence[str] | None = None, given: Mapping[str, float] | None = None) -> list[Fit]:
-    """All laws that the data can tell, fitted to them, the best first; arguments are those of `each_fit`."""
+    """Fits of all laws that the data can determine, the best first; arguments are those of `each_fit`."""
     return ranked({fit.law: fit for fit in each_fit(data, laws, given)}.values())
 
 
@@ -72,7 +74,7 @@ def ranked(fits: Iterable[Fit]) -> list[Fit]:
 
 
 def tried(data: Measured, laws: Sequence[str] | None = None, given: Mapping[str, float] | None = None) -> list[str]:
-    """The names of the laws that `each_fit` tries, those that can be fitted; arguments are the same."""
+    """The names of the laws that `each_fit` tries: those that can be fitted to the data; arguments are the same."""
     given, found = given or {}, []
     elastic = data.kinds & {"N1", "storage"} or given.keys() & {"relaxation", "solvent"}
     kind = ConformationLaw if elastic else ViscousLaw
@@ -90,7 +92,8 @@ def each_fit(
 
     Args:
         data: What was measured.
-        laws: Names of laws to be tried; None for all of the kind that the data or the given numbers show.
+        laws: Names of laws to be tried; None for all viscoelastic ones if the data or the given numbers show
+            elasticity, else for all without a memory.
         given: Numbers that are known, in SI units by the key of their dimension (viscosity, solvent, relaxation), or
             by name.
     """
@@ -120,14 +123,14 @@ def dimensions_of(law: type[ViscousLaw | ConformationLaw]) -> dict[str, Measurab
 
 
 def _unknowns(law: type[Material], modes: int, data: Measured) -> dict[str, tuple[float, float, float]]:
-    """The bounds of the numbers of a liquid, and first guesses from the data."""
+    """Lower bound, upper bound and first guess of each number of a liquid, by its name, from the data."""
     rates = np.concatenate([x for _, x, _ in data.curves])
     slow, fast, middle = rates.min(), rates.max(), float(np.exp(np.log(rates).mean()))
     viscosities = data.viscosity if len(data.viscosity) else data.loss / data.frequency
     least, eta = float(viscosities.min()), float(viscosities.max())
     largest = max([eta, *(np.hypot(data.storage, data.loss) / data.frequency)])  # of a gel, whose loss is small
     times = FARTHEST[0] / fast, FARTHEST[1] / slow
-    # That of a liquid that yields is the viscosity where it flows fast.
+    # For a liquid that yields eta_0 is the viscosity where it flows fast.
     yields = any(p.dimension is not None and p.dimension.kind == STRESS for p in law.parameters().values())
     found = {"eta_0": (1e-3 * least, 1e3 * largest, least if yields else eta)}
     if modes:
@@ -179,13 +182,14 @@ class Fit:
         law: Its class.
         values: Its numbers by name: eta_0, De (the longest relaxation time), xi, those of the law, and the times and
             weights of modes.
-        liquid: The liquid in SI units, see above.
+        liquid: The liquid in SI units, as this module has them.
         eta_0: Its unit of viscosity [Pa s], or consistency [Pa s^n].
         deviation: Root mean square of the deviations of logarithms.
         criterion: Bayesian information criterion (Schwarz 1978); the smaller, the better.
 
     Raises:
-        ValueError: The law has not the numbers that are given, or as many unknown ones as there are data, or none.
+        ValueError: The law does not have the numbers that are given, has no unknown ones, or has no fewer of them than
+            there are data.
     """
 
     def __init__(
@@ -221,7 +225,7 @@ class Fit:
         self.criterion = float(count * np.log(max(mean, 1e-12)) + len(unknowns) * np.log(count))
 
     def with_a_mode(self) -> dict[str, float]:
-        """Its numbers with those of one mode more, which is faster and weaker than the last one: a first guess."""
+        """First guess for a fit with one more mode: its numbers, and a mode that is faster and weaker than the last."""
         last = {name: self.values.get(f"{name}_{self._modes}", 1.0) for name in ("time", "weight")}
         return self.values | {f"{name}_{self._modes + 1}": FURTHER_MODE * value for name, value in last.items()}
 
@@ -236,9 +240,9 @@ class Fit:
         self._best.x, self._best.jac = self._best.x[order], self._best.jac[:, order]
 
     def _widen(self, i: int, starts: Sequence[Array], count: int) -> None:
-        """Free a number from the least value that a case may have, where the data say so: that of a gel is far below.
+        """Lower the bound of number `i` below that of a case if the data show that it is smaller, as for a gel.
 
-        Without this evidence it stays where a case may have it.
+        Without evidence for this the number keeps to the bound of a case.
         """
         least, usual = self._least[i], self._best
         if usual.x[i] - least > AT_BOUND:
@@ -252,7 +256,7 @@ class Fit:
 
     @cached_property
     def numbers(self) -> dict[str, Number]:
-        """Its numbers with their intervals: as far as a number can be held while the squares stay probable."""
+        """Its numbers with their intervals, from the profile of the sum of squares."""
         found = {name: Number(value, value, value) for name, value in self.values.items()}
         return found | {name: self._interval(i) for i, name in enumerate(self._names)}
 
@@ -270,7 +274,7 @@ class Fit:
         return known
 
     def _deviations(self, x: Array) -> Array:
-        """What the logarithms of the quantities differ from the data by."""
+        """Differences of the logarithms of the quantities from those of the data, (data,)."""
         known = self._numbers(x)
         liquid = _liquid(self.law, self._modes, known)
         with np.errstate(all="ignore"):
@@ -279,7 +283,7 @@ class Fit:
         return np.nan_to_num(found, nan=MOST_OFF, posinf=MOST_OFF, neginf=-MOST_OFF).clip(-MOST_OFF, MOST_OFF)
 
     def _slopes(self, x: Array) -> Array:
-        """The derivatives of the deviations by the numbers that are fitted, or their logarithms."""
+        """The derivatives of the deviations by the numbers that are fitted, or their logarithms, (data, fitted)."""
 
         def plain(x: Array) -> tuple[Liquid, Array]:
             known = self._numbers(x)
@@ -293,11 +297,11 @@ class Fit:
         return np.nan_to_num(found, nan=0.0, posinf=0.0, neginf=0.0)
 
     def _solved_from(self, starts: Sequence[Array]) -> Any:
-        """The least squares of those from several first guesses."""
+        """The solution with the least sum of squares of those from several first guesses."""
         return min((self._solved(start) for start in starts), key=lambda found: float(found.cost))
 
     def _solved(self, start: Array, held: int | None = None) -> Any:
-        """The least squares from a first guess, in which one number may be held."""
+        """The least-squares solution from a first guess; the number `held`, an index, keeps its value there."""
         free = np.arange(len(start)) != held
 
         def deviations(x: Array) -> Array:
@@ -316,7 +320,7 @@ class Fit:
         return least_squares(deviations, inside, jac, bounds, x_scale="jac", ftol=1e-6, xtol=1e-6, max_nfev=200)
 
     def _interval(self, i: int) -> Number:
-        """A number with its interval: the values at which it can be held, with the others fitted anew."""
+        """Number `i` with its interval, at whose ends the cost, with the others fitted anew, has risen to its limit."""
         best = self._best
         count, fitted = best.jac.shape
         quantile = stdtrit(count - fitted, (1 + CONFIDENCE) / 2)  # of Student's distribution
@@ -325,7 +329,7 @@ class Fit:
         half = float(np.sqrt(2 * most * covariance[i, i]))
 
         def rise(step: float, near: Array) -> tuple[float, Array]:
-            """What the cost rises by with the number a step away from its best value, and the other numbers there."""
+            """The rise of the cost with the number fixed a step away from its best value, and all numbers there."""
             moved = step * covariance[i] / covariance[i, i]
             held = [best.x + moved, near.copy()]  # the first is the better guess unless a number is hardly determined
             for each in held:
@@ -360,7 +364,7 @@ class Fit:
 
 
 def described(fit: Fit, data: Measured) -> bool:
-    """Whether a law describes the data: what it leaves is of the size of their scatter, or small."""
+    """Whether a law describes the data: its deviations are comparable with their scatter, or small."""
     return fit.deviation <= max(NOT_DESCRIBED * scatter(data), CLOSE)
 
 

@@ -1,7 +1,7 @@
-"""What a rheometer measured: flow curves, normal stresses and moduli of small oscillations; and the same of a liquid.
+"""Measurements of a rheometer (flow curves, normal stresses, moduli of small oscillations), and the same of a liquid.
 
-Quantities are in SI units: a liquid is evaluated with U_av/D_c = 1/s, so that De is its relaxation time in s, and eta_0
-times what it says is its stress in Pa.
+Quantities are in SI units: a liquid is evaluated with U_av/D_c = 1/s, so that De is its relaxation time in s, and its
+dimensionless stress times eta_0 is its stress in Pa.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from pairsim.physics.liquids import Liquid
 from pairsim.runtime.arrays import Array
 
 FLOW, OSCILLATION = ("viscosity", "N1"), ("storage", "loss")
-"""The quantities of steady shear and of small oscillations, which are computed together."""
-LEAST_SCATTER = 0.005  # of the logarithms: what no rheometer does better than; chosen
+"""The quantities of steady shear, and those of small oscillations; those of a group are computed together."""
+LEAST_SCATTER = 0.005  # least scatter of the logarithms that is assumed: no rheometer does better; chosen
 FLAT = 0.05  # slope in logarithms below which a viscosity is that at rest; chosen
-SLOWEST = 4  # points at the slowest rates of which it is taken; chosen
-SPARSE, OF_SPARSE = 12, 0.05  # points of a curve below which its scatter is at most this, and curvature above; chosen
+SLOWEST = 4  # number of points, at the slowest rates, from which the viscosity at rest is taken; chosen
+SPARSE, OF_SPARSE = 12, 0.05  # number of points below which the scatter is at most this, the rest curvature; chosen
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Measured:
 
     @property
     def curves(self) -> list[tuple[str, Array, Array]]:
-        """Each quantity with its shear rates or frequencies."""
+        """The name of each quantity, its shear rates or frequencies, and its values, which are positive."""
         all_ = [("viscosity", self.rate, self.viscosity), ("N1", self.rate[: len(self.N1)], self.N1)]
         all_ += [("storage", self.frequency, self.storage), ("loss", self.frequency, self.loss)]
         return [(name, x[y > 0], y[y > 0]) for name, x, y in all_ if (y > 0).any()]
@@ -61,15 +61,15 @@ class Measured:
 
 
 def of_liquid(liquid: Liquid, eta_0: float, x: dict[str, Array], memory: ShearMemory | None = None) -> dict[str, Array]:
-    """Quantities of `Measured` as a liquid has them [SI], at shear rates or frequencies of each, by name.
+    """Quantities of `Measured` for a liquid [SI], by name, each at its own shear rates or frequencies.
 
-    Those that are computed together are so at the rates of all of them.
+    Quantities that are computed together are evaluated at the rates of all of them.
 
     Args:
-        liquid: The liquid, see above.
+        liquid: The liquid, in the units of this module.
         eta_0: Its unit of viscosity [Pa s].
         x: Shear rates [1/s] or frequencies [rad/s] by the name of the quantity.
-        memory: What remembers the steady shear of a similar liquid at the same rates.
+        memory: Has the steady shear of a similar liquid at the same rates, from which Newton's method starts.
     """
     found = dict[str, Array]()
     for names in (FLOW, OSCILLATION):
@@ -83,10 +83,10 @@ def of_liquid(liquid: Liquid, eta_0: float, x: dict[str, Array], memory: ShearMe
 
 
 def scatter(data: Measured) -> float:
-    """What neighbouring points of the curves differ by beside their curvature, root mean square of the logarithms.
+    """Scatter of the points about smooth curves, the standard deviation of the logarithms.
 
-    The least of what differences of second, third and fourth order say: curvature between points that are far apart
-    counts less in the higher ones.
+    It is the least of the estimates from differences of second, third and fourth order, as the curvature between points
+    that are far apart contributes less to the higher ones.
     """
     found = []
     for order, squares in ((2, 6), (3, 20), (4, 70)):
@@ -98,7 +98,7 @@ def scatter(data: Measured) -> float:
 
 
 def at_rest(x: Array, viscosity: Array) -> float | None:
-    """The viscosity at rest [Pa s]: the median of the slowest points, None where it changes there or they are few.
+    """The viscosity at rest [Pa s]: the median of the slowest points; None if it changes there or these are too few.
 
     Args:
         x: Shear rates [1/s] or frequencies [rad/s], (n,).

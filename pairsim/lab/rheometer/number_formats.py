@@ -1,4 +1,4 @@
-"""Numbers in the cells of a table, with the marks of its country, and what stands in place of a number."""
+"""Numbers in the cells of a table: decimal and thousands marks, and what stands in place of an overload."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import numpy as np
 import pandas as pd
 
 NUMBER = r"(?i)[-+]?(\d+[.,]?\d*|[.,]\d+)([ed][-+]?\d+)?"
-HUGE = 1e30  # which nothing measures; voltmeters write 9.9e37
-FAR_ABOVE = 10.0  # ratio to the rows around it from which on 9999 is no value; chosen
+HUGE = 1e30  # above all measured values; voltmeters write 9.9e37 for an overload
+FAR_ABOVE = 10.0  # ratio to the rows around it above which 9999 is an overload, not a value; chosen
 
 
 @dataclass(frozen=True)
@@ -19,17 +19,17 @@ class Marks:
     """The marks in the numbers of a table."""
 
     decimal: str
-    certain: bool  # whether a number shows that the decimal mark is no mark of thousands
+    certain: bool  # whether a number shows that the decimal mark is no thousands mark
 
     @property
     def thousands(self) -> str:
-        """What numbers with marks of thousands look like: they have decimals, unless the decimal mark is certain."""
+        """Pattern of numbers with thousands marks; they must have decimals, too, unless the decimal mark is certain."""
         other = "," if self.decimal == "." else "."
         return rf"\d{{1,3}}([ '{other}]\d{{3}})+(\{self.decimal}\d+){'?' if self.certain else ''}"
 
 
 def marks_of(cells: Sequence[str], separator: str) -> tuple[Marks, str]:
-    """The marks of a table, and what is wrong where its commas may be decimal marks or of thousands."""
+    """The marks of a table, and what is wrong if its commas may be decimal or thousands marks ("" if nothing is)."""
     numbers = [cell for cell in cells if re.fullmatch(NUMBER, cell)]
     commas, points = ([cell for cell in numbers if mark in cell] for mark in ",.")
     decimal, marked = (",", commas) if len(commas) > len(points) else (".", points)
@@ -39,10 +39,11 @@ def marks_of(cells: Sequence[str], separator: str) -> tuple[Marks, str]:
 
 
 def numbers_in(cells: pd.Series[str], marks: Marks) -> pd.Series[float]:
-    """Cells as numbers, NaN where there is none, or what an instrument writes where it is overloaded.
+    """Cells as numbers; NaN where there is none, or where the instrument was overloaded.
 
     Raises:
-        ValueError: A column as 1.500, 950, which neither rises nor falls: the mark may be of thousands.
+        ValueError: The marks may separate thousands: the column has numbers such as 1.500 and 950, and goes up and
+            down.
     """
     other = "," if marks.decimal == "." else "."
     plain = cells.where(~cells.str.fullmatch(marks.thousands), cells.str.replace(rf"[ '{other}]", "", regex=True))
@@ -57,7 +58,7 @@ def numbers_in(cells: pd.Series[str], marks: Marks) -> pd.Series[float]:
 
 
 def _overloads(cells: pd.Series[str], numbers: pd.Series[float]) -> pd.Series[bool]:
-    """Whether numbers stand for an overload: they are huge, or nines alone and far above the rows around them."""
+    """Whether numbers stand for an overload: they are huge, or consist of nines and are far above the rows around."""
     digits = cells.str.replace(r"(?i)e.*|[.,]0*$", "", regex=True).str.replace(r"\D", "", regex=True)
     nines = digits.str.fullmatch("9{4,}")
     around = numbers.where(~nines)

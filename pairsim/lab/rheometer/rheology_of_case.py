@@ -31,12 +31,12 @@ from pairsim.quantities.kinds import STRESS
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import Argument, InputError
 
-ROUNDED = 1e-4  # part of a number of four digits that is lost
+ROUNDED = 1e-4  # part of a number that is lost where it is rounded to four digits
 PLUS_MINUS = " +- "
-APART = 0.1  # logarithm of the ratio of two viscosities at rest from which on files do not agree; chosen
+APART = 0.1  # logarithm of the ratio of two viscosities at rest above which files do not agree; chosen
 UNKNOWN = 10.0  # ratio of the ends of an interval from which on a number is said to be hardly known; chosen
 ALL = {of.key: of for law in LAWS.values() for of in dimensions_of(law).values() if of is not None}
-"""What can be known of a liquid, by its key in the `physical` block."""
+"""The measurable quantities of liquids, by their keys in the `physical` block."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class MeasuredLiquid:
     quantities: dict[str, str]  # what goes into `physical` of a case
     fitted: frozenset[str]  # the keys of those that were fitted
     block: Any  # value of its key `liquid`
-    intervals: dict[str, str]  # of each fitted number that has no half-width in them, by its key in either
+    intervals: dict[str, str]  # of each fitted number without a half-width there, by its key in `physical` or `liquid`
     sentences: list[str]  # what was read, the fit in words, and warnings
 
 
@@ -59,7 +59,7 @@ class Listener:
         """A sentence of the answer."""
 
     def progress(self, sentence: str) -> None:
-        """What is being done."""
+        """A sentence on what is being done."""
 
 
 def fit_liquid(
@@ -70,14 +70,17 @@ def fit_liquid(
     quantities: Mapping[str, str] | None = None,
     listener: Listener | None = None,
 ) -> MeasuredLiquid:
-    """Fit a law to files as of `pairsim.units`, whose other arguments are these, too.
+    """Fit a law to the files of a rheometer.
 
-    The liquid may be a law, or a block with its name and numbers that are held; None for what is best by the Bayesian
-    information criterion. Quantities of the `physical` block that are those of the liquid are held.
+    Args:
+        rheology, spectrum, section, listener: As for `pairsim.units`.
+        liquid: The name of a law, or a block with it and with numbers that keep their values; None for the best law by
+            the Bayesian information criterion.
+        quantities: Those of the `physical` block; those of the liquid among them keep their values.
 
     Raises:
         InputError: A file cannot be used, or has too few points for the law.
-        KeyboardInterrupt: It was interrupted; the listener has been told of the best law so far.
+        KeyboardInterrupt: The fit was interrupted; the listener has received the best law so far.
     """
     listener = listener or Listener()
     block = dict(liquid) if isinstance(liquid, Mapping) else {"law": liquid}
@@ -162,7 +165,7 @@ class _Key:
     key: str  # in the `physical` block
     number: float
     unit: str
-    factor: float  # of a number of the fit in this unit
+    factor: float  # the number over that of the fit
 
     @property
     def value(self) -> str:
@@ -172,7 +175,7 @@ class _Key:
     def with_half_width(self, number: Number | None) -> str:
         """The number with its unit and, where a case takes one, a half-width: the wider side of its interval.
 
-        None is given that is no smaller than the number, or is lost in its rounding.
+        A half-width is left out that is no smaller than the number, or is lost in its rounding.
         """
         if number is None or number.given or not QUANTITIES[self.key].uncertain:
             return self.value
@@ -201,7 +204,7 @@ def _own(fit: Fit) -> Any:
 
 
 def _pure(fit: Fit) -> dict[str, float]:
-    """The numbers of a law that have no unit."""
+    """The numbers of a law that have no unit, to four digits, without that of its regularisation."""
     own = _own(fit)
     return {
         name: float(f"{getattr(own, name):.4g}")
@@ -218,7 +221,7 @@ def _values(fit: Fit) -> dict[str, str]:
 
 
 def keys_of(fit: Fit) -> tuple[dict[str, str], Any, dict[str, str]]:
-    """The quantities of a `physical` block that a fitted liquid gives, the value of `liquid`, and intervals by key.
+    """The quantities of a `physical` block that a fitted liquid gives, the value of `liquid`, and intervals in words.
 
     Quantities have half-widths where a case takes them.
     """
@@ -237,7 +240,7 @@ def keys_of(fit: Fit) -> tuple[dict[str, str], Any, dict[str, str]]:
 
 
 def _interval(number: Number, factor: float = 1.0) -> str:
-    """Where a number, times a factor, is with a probability of 95 %."""
+    """The interval of 95 % of a number, times a factor, in words."""
     least, most = factor * number.least, factor * number.most
     if np.isinf(least) and np.isinf(most):
         return "not determined by these data"
