@@ -1,1 +1,1 @@
-"""What tables say: master curves, time series, travels, the part of inputs in an answer."""
+"""Evaluation of tables: master curves, time series, travels, and what uncertain inputs contribute."""

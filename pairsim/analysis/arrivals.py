@@ -1,4 +1,4 @@
-"""How particles arrive: their first distances, and by how much they differ."""
+"""How particles arrive: their initial distances, and by how much they differ."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from pairsim.runtime.arrays import Array
 
-CUT = 3.0  # standard deviations beyond which no particle differs; chosen
+CUT = 3.0  # standard deviations at which the differences of particles are cut off; chosen
 
 
 @dataclass(frozen=True)
@@ -22,7 +22,7 @@ class Arrivals:
         length: Length of a particle [D_c].
         contact: Smallest distance between facing surfaces [D_c].
         diameter: Standard deviation of the diameters over their mean.
-        modulus: That of the moduli.
+        modulus: Standard deviation of the moduli over their mean.
     """
 
     kind: Literal["random", "regular"]
@@ -33,15 +33,16 @@ class Arrivals:
     modulus: float
 
     def draw(self, random: np.random.Generator, mean: float, count: int) -> tuple[Array, Array]:
-        """One stream.
+        """Draw one stream.
 
         Args:
-            random: Random numbers.
+            random: Generator of random numbers.
             mean: Mean distance between facing surfaces [D_c].
             count: Number of particles.
 
         Returns:
-            First distances between facing surfaces from upstream [D_c], shape (count - 1,), and `parts`.
+            Initial distances between facing surfaces from upstream [D_c], shape (count - 1,), and deviations as of
+            `parts`.
         """
         parts = self.parts(random, count)
         if self.kind == "random":

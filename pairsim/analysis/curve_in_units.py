@@ -21,7 +21,7 @@ class TravelInUnits:
     """Time and length of tube between two distances as quantities; as text the answer of `pairsim travel`.
 
     Attributes:
-        numbers: The same in D_c and D_c/U_av, with what each attribute means.
+        numbers: The same as numbers in D_c and D_c/U_av; it says what each attribute means.
         scales: The units of the case.
     """
 
@@ -53,7 +53,7 @@ class TravelInUnits:
 
     @property
     def time_inputs(self) -> Any:
-        """Half-width of the time by those of the inputs; None where inputs have none, or a part is not known."""
+        """Half-width of the time due to those of the inputs; None if inputs have none, or a part is not known."""
         return quantity(TIME, self.numbers.time_inputs, self.scales)
 
     @property
@@ -68,12 +68,12 @@ class TravelInUnits:
 
     @property
     def length_inputs(self) -> Any:
-        """Half-width of the length by those of the inputs; None as of `time_inputs`."""
+        """Half-width of the length due to those of the inputs; None as for `time_inputs`."""
         return quantity(POSITION, self.numbers.length_inputs, self.scales)
 
     @property
     def forgotten(self) -> Any:
-        """Distance from which on a pair that starts at the first one moves so; None where it is not known."""
+        """Distance from which on a pair that starts at the first one follows the curve; None where it is not known."""
         return quantity(LENGTH, self.numbers.forgotten, self.scales)
 
     @property
@@ -100,7 +100,7 @@ class CurveInUnits:
         return quantity(VELOCITY, dU, self.scales), quantity(VELOCITY, half_width, self.scales)
 
     def inputs_half_width(self, d: Any) -> Any:
-        """The half-width of dU by those of the inputs; see `Curve.inputs_half_width`."""
+        """The half-width of dU due to those of the inputs; see `Curve.inputs_half_width`."""
         return quantity(VELOCITY, self.curve.by_inputs.half_widths(self.curve.places(d)), self.scales)
 
     @property

@@ -1,4 +1,4 @@
-"""How many particles of a stream each drop gets, into which its liquid is cut."""
+"""The numbers of particles in the drops into which the liquid of a stream is cut."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import numpy as np
 
 from pairsim.runtime.arrays import Array
 
-MOST = 3  # particles from which on drops count as one kind
-PHASES = 16  # first drops, one after the other within the length of a drop, over which shares are means; chosen
+MOST = 3  # drops with this number of particles, or more, count as one kind
+PHASES = 16  # places of the first cut within the length of a drop, over which shares are averaged; chosen
 KINDS = MOST + 1
 
 
@@ -33,6 +33,6 @@ def shares(places: Array, drop: float) -> Array:
 
 
 def poisson(mean: float) -> Array:
-    """Shares of drops with each number of particles where these arrive independently, from their mean number a drop."""
+    """The same shares where particles arrive independently, by their mean number per drop, shape (KINDS,)."""
     each = np.array([math.exp(-mean) * mean**k / math.factorial(k) for k in range(MOST)])
     return np.append(each, 1 - each.sum())

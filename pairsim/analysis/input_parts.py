@@ -1,4 +1,4 @@
-"""What the half-widths of the inputs of an experiment add to a master curve, to first order."""
+"""What the half-widths of the inputs of an experiment contribute to those of a master curve, to first order."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ from pairsim.runtime.arrays import Array
 from pairsim.solvers.curves.interpolant import slopes_of
 
 SCALES = ("length", "velocity")
-"""What an input changes beside numbers: the logarithms of the units."""
+"""What an input changes beside dimensionless numbers: the logarithms of the units of length and velocity."""
 
 
 @dataclass(frozen=True)
 class InputParts:
-    """The changes of a pair's curve by the half-width of each input, at constant distances in units such as um.
+    """The changes of a pair's curve by the half-width of each input, its *parts*, at fixed physical distances.
 
     Inputs are independent, so that the squares of their parts add up. Velocities are in the unit of dU of the curve.
 
     Attributes:
         d: Distances of the points, ascending, shape (points,).
         dU: Changes of dU by the half-width of each input whose part is known, by its key, shape (points,) each.
-        velocity: The same of the mean velocity of the pair; see `velocity_by`.
-        unknown: The keys of the inputs by which dU changes in a way that the curve does not know.
+        velocity: The same for the mean velocity of the pair; see `velocity_by`.
+        unknown: The keys of the inputs whose part is not known, as the curve has no derivatives for it.
     """
 
     d: Array
@@ -40,7 +40,7 @@ class InputParts:
 
     @classmethod
     def of(cls, table: Table, inputs: Sequence[Input]) -> Self:
-        """The parts of the inputs of a curve that have half-widths; unknown unless it is that of a pair."""
+        """The parts of those inputs that have half-widths, from the table of a curve; unknown unless of a pair."""
         uncertain = {one.key: one for one in inputs if one.half_width}
         dU, velocity = dict[str, Array](), dict[str, Array]()
         for key, one in uncertain.items():
@@ -71,7 +71,7 @@ class InputParts:
         return {key: np.asarray(np.interp(at, x, values)) for key, values in changes.items()}
 
     def half_widths(self, d: Array | float) -> Array:
-        """The half-width of dU by all inputs at distances, of their shape; infinite where a part is not known."""
+        """The half-width of dU due to all inputs at distances, of their shape; infinite if a part is not known."""
         found = np.full(np.shape(d), np.inf if self.unknown else 0.0)
         return found if self.unknown or not self.dU else together(self.dU_at(d).values())
 
@@ -82,14 +82,15 @@ def unknown_in_words(keys: Sequence[str]) -> str:
 
 
 def together(parts: Iterable[Array | float]) -> Array:
-    """The half-width by independent parts: the root of the sum of their squares."""
+    """The half-width due to independent parts: the root of the sum of their squares."""
     return np.sqrt(np.sum(np.square(np.array(list(parts))), axis=0))
 
 
 def dU_by(table: Table, one: Input) -> Array | None:
-    """Derivative of dU of a pair at constant distance in units by an input's logarithm, or by a percentage, (points,).
+    """Derivative of dU of a pair by the logarithm of an input, or by an input that is a percentage, (points,).
 
-    It is in the unit of dU. None where the input changes numbers by which there are no derivatives.
+    It is taken at fixed physical distances, and is in the unit of dU. None if the input changes numbers for which the
+    table has no derivatives.
     """
     numbers = {name: change for name, change in one.changes.items() if change and name not in SCALES}
     columns = {name: SENSITIVITIES.get(name) for name in numbers}
@@ -103,17 +104,17 @@ def dU_by(table: Table, one: Input) -> Array | None:
 
 
 def velocity_by(table: Table, one: Input) -> Array:
-    """Derivative of the mean velocity of a pair by an input's logarithm, or by a percentage, (points,).
+    """Derivative of the mean velocity of a pair by the logarithm of an input, or by a percentage, (points,).
 
-    By the size of the particles it is that of a sphere alone in a Newtonian liquid. De and Ca_e change it by about as
-    much as they change dU, which is a hundredth of it: this is left out.
+    The derivative by the size of the particles is that of a sphere alone in a Newtonian liquid. De and Ca_e change the
+    mean velocity by about as much as dU, which is a hundredth of it: this is left out.
     """
     leading, trailing = table.known(U, "_L"), table.known(U, "_T")
     if leading is None or trailing is None:
         return np.zeros_like(table[DU])
     mean = (leading + trailing) / 2
     length, velocity = (one.changes.get(name, 0.0) for name in SCALES)
-    if by_beta := one.changes.get("beta", 0.0):  # of beta by a logarithm, and so beta or, by that of the tube, -beta
+    if by_beta := one.changes.get("beta", 0.0):  # derivative of beta by a logarithm: beta or, for the tube, -beta
         velocity += math.copysign(1.0, by_beta) * velocity_by_size(abs(by_beta))
     by_d = slopes_of(mean, np.log(table[DISTANCE])) if len(mean) > 1 else 0.0
     return np.asarray(mean * velocity - length * by_d)

@@ -1,4 +1,4 @@
-"""The quantities that a case is given by: the range of dU in their draws, and their values on axes."""
+"""The range of dU over draws of uncertain inputs, and the inputs that stand on axes in place of De or Ca_e."""
 
 from __future__ import annotations
 
@@ -18,13 +18,17 @@ from pairsim.record.run_entries import DRAWN
 from pairsim.runtime.arrays import Array, Flags
 from pairsim.solvers.curves.interpolant import hermite, slopes_of
 
-COVERED = 0.95  # part of the draws of the inputs that a range holds
-MANY = 1e-3  # part of the draws beyond an end of the atlas from which on it is told; chosen
-FINE = 2000  # distances at which the ends of a range are looked at for their signs; chosen
+COVERED = 0.95  # fraction of the draws of the inputs that a range holds
+MANY = 1e-3  # fraction of the draws beyond an end of the atlas from which on this end is named; chosen
+FINE = 2000  # number of distances at which the signs of the ends of a range are examined; chosen
 
 
 def quantity_for(experiment: Experiment, name: str, scales: Scales) -> tuple[str, str, Callable[[Any], Any]]:
-    """The quantity that De or Ca_e of a case follows from: its key, its unit as given, and its value by the number."""
+    """The quantity from which De or Ca_e, `name`, of a case follows.
+
+    Returns:
+        Its key, its unit as given, and the function from values of the number to values of the quantity in this unit.
+    """
     able = [each.quantity for each in follows_in(experiment.laws) if name in each.keys]
     of = min(able, key=lambda each: each.key not in experiment.given)
     given = experiment.given.get(of.key, of.example)
@@ -35,18 +39,18 @@ def quantity_for(experiment: Experiment, name: str, scales: Scales) -> tuple[str
 
 @dataclass(frozen=True)
 class DrawnRange:
-    """The range of dU in which most draws of the inputs are, at constant distance in units.
+    """The range of dU that holds most draws of the inputs, at fixed physical distances.
 
-    It holds the part `COVERED` of all draws. Draws outside of the atlas count as outside of the range; if they are too
-    many for that, it holds `COVERED` of the others.
+    It holds the fraction `COVERED` of all draws. Draws outside of the atlas count as outside of the range; if they are
+    too many for that, it holds `COVERED` of the others.
     """
 
     d: Array  # distances [D_c], ascending, shape (n,)
-    least: Array  # where the range begins [um/s], shape (n,)
-    largest: Array  # where it ends
-    outside: Array  # part of the draws that are outside of the atlas
-    beyond: str  # what many of these are beyond, such as "Ca_e above 0.1"
-    missing: str  # numbers that differ from draw to draw, but for which the atlas has one value alone
+    least: Array  # lower end of the range [um/s], shape (n,)
+    largest: Array  # upper end of the range [um/s], shape (n,)
+    outside: Array  # fraction of the draws that are outside of the atlas, shape (n,)
+    beyond: str  # the ends of the atlas that many of these are beyond, such as "Ca_e above 0.1"
+    missing: str  # numbers that change from draw to draw, but of which the atlas has only one value
 
     @classmethod
     def of(cls, record: Record) -> Self | None:
@@ -63,13 +67,13 @@ class DrawnRange:
     def words(self, d: float) -> str:
         """The range at a distance [D_c], such as -14.0 to -9.1 um/s."""
         least, largest = (float(self._at(each, d)) for each in (self.least, self.largest))
-        size = 10.0 ** (2 - math.floor(math.log10(largest - least))) if largest > least else 1e3  # three digits of it
+        size = 10.0 ** (2 - math.floor(math.log10(largest - least))) if largest > least else 1e3  # 3 digits of width
         digits = max(round(math.log10(size)), 0)
         ends = math.floor(least * size) / size, math.ceil(largest * size) / size  # outwards: draws crowd at an extremum
         return f"{ends[0]:+.{digits}f} to {ends[1]:+.{digits}f} {VELOCITY.physical}"
 
     def outside_at(self, d: float) -> str:
-        """Which part of the draws is outside of the atlas at a distance [D_c], and what that means; "" if none is."""
+        """Words on the fraction of draws outside of the atlas at a distance [D_c], and what it means; "" if it is 0."""
         part = float(np.interp(np.log(d), np.log(self.d), self.outside))
         if not part:
             return ""
@@ -81,7 +85,7 @@ class DrawnRange:
         return f"{100 * part:.2g} % of the draws are outside of the atlas{beyond and f', {beyond},'} and {means}"
 
     def holds_both_signs(self, d: Array) -> Flags:
-        """Whether the range holds 0 at distances [D_c], of their shape; boolean."""
+        """Whether the range holds 0 at distances [D_c], of their shape."""
         return np.asarray((self._at(self.least, d) <= 0) & (self._at(self.largest, d) >= 0))
 
     def around(self, zero: float) -> tuple[float, float]:

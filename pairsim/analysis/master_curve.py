@@ -1,4 +1,4 @@
-"""A master curve: dU as a function of the distance, whichever way it was found, and what follows from it."""
+"""A master curve: dU as a function of the distance, however it was found, and what follows from it."""
 
 from __future__ import annotations
 
@@ -62,10 +62,10 @@ class Curve:
     pair, "_1", "_2", ... of more particles.
 
     Args:
-        table: The columns of curve.csv, shape (points,) each; of a `Table` with what is declared of its columns, too.
+        table: The columns of curve.csv, shape (points,) each; a `Table` keeps the declarations of its columns.
         equilibria: The known zeros, the columns of equilibria.csv; None: those of the interpolant.
         record: The record of the computation, which has the units and the inputs of the case.
-        source: What messages name.
+        source: What error messages name as the place of the error.
     """
 
     def __init__(
@@ -110,7 +110,7 @@ class Curve:
 
     @property
     def gaps(self) -> list[str]:
-        """The gaps, from upstream; none of a single particle."""
+        """The suffixes of the gaps, from upstream; none with a single particle."""
         return self.table.gaps
 
     @property
@@ -120,7 +120,7 @@ class Curve:
 
     @property
     def steady(self) -> bool:
-        """Whether it is that of a pair in steady states, not that from rest after a time."""
+        """Whether it is the curve of a pair in quasi-steady states, and not one of runs from rest after a time."""
         return self.table.has(DU_HELD) and self.table.has(DU)
 
     def named(self, source: str, record: Record | None = None) -> Curve:
@@ -131,14 +131,14 @@ class Curve:
         return found
 
     def converted(self, scales: Scales | None) -> Curve:
-        """The curve in um and um/s, by the scales of an experiment; as it is without."""
+        """The curve in um and um/s, by the scales of an experiment; unchanged without these."""
         zeros = None if self._known is None else self._known.converted(scales)
         return Curve(self.table.converted(scales), zeros, self.record, self.source)
 
     def interpolant(self, gap: str = "") -> CurveInterpolant | None:
-        """dU of a gap over the distance; None unless there are two points over a distance that all gaps have.
+        """dU of a gap over the distance; None unless there are at least two points, over a single distance.
 
-        A curve from rest has no slopes of its own.
+        A curve from rest has no computed slopes: they follow from neighbouring points.
         """
         if gap not in self._interpolants:
             self._interpolants[gap] = self._interpolated(gap)
@@ -151,7 +151,7 @@ class Curve:
         d, dU, error = table[table.varied(gap)], table.of(DU, gap), table.of(DU_ERROR, gap)
         discrete, zero = table.known(DU_DISCRETE, gap), np.zeros_like(d)
         discrete, slope = (zero if each is None else each for each in (discrete, slope))
-        if np.abs(dU).max() < NEGLIGIBLE_DU:  # slopes are known to the tolerance of a solve, which is more than this
+        if np.abs(dU).max() < NEGLIGIBLE_DU:  # slopes are known to the tolerance of a solve, which exceeds this
             slope = zero
         return CurveInterpolant(*(np.asarray(each, dtype=float) for each in (d, dU, discrete, slope, error)))
 
@@ -168,7 +168,7 @@ class Curve:
         return found
 
     def __call__(self, d: Any, gap: int = 1) -> tuple[Any, Any]:
-        """The interpolated dU, and the half-width of its interval: the errors at the points, and between them.
+        """The interpolated dU, and the half-width of its interval, by the errors at the points and between them.
 
         Args:
             d: Distance or array of distances of any shape: numbers [D_c], texts with a unit such as "5um", or
@@ -218,15 +218,15 @@ class Curve:
         return CurveInUnits(self, self.record.scales_of(self.source))
 
     def inputs_half_width(self, d: Any) -> Any:
-        """The half-width of dU by those of the inputs: to first order, at constant distance in units.
+        """The half-width of dU due to those of the inputs: to first order, at fixed physical distances.
 
-        It is no part of the half-width that a call returns; inputs are independent.
+        It is no part of the half-width that a call returns; inputs are taken to be independent.
 
         Args:
             d: Distances as for a call.
 
         Returns:
-            Half-widths, likewise; 0 without inputs that have one, infinite where what one of them changes is not known.
+            Half-widths in the form of a call; 0 if no input has one, infinite if the effect of one is not known.
 
         Raises:
             InputError: A distance is outside the curve, or there is no curve over a single distance.
@@ -248,8 +248,8 @@ class Curve:
     def at(self, places: Sequence[Any]) -> Table:
         """The columns d, dU and dU_error at any distances, each given as for `distance`.
 
-        Where inputs have half-widths, and what these change is known, a column dU_inputs follows; where particles
-        differ, the standard deviation of dU among pairs, and the part of them that separates.
+        Where inputs have half-widths with known effects, a column dU_inputs follows; where particles differ, the
+        standard deviation of dU among pairs, and the fraction of them that separates.
 
         Raises:
             InputError: It is no curve over a single distance, or a distance is outside of it.
@@ -272,7 +272,7 @@ class Curve:
         return Table(found, Columns(self.table.declared, DU_INPUTS, DU_SPREAD, SEPARATE))
 
     def peak_of(self, gap: str) -> Peak:
-        """The largest |dU| of a gap: that of the curve, or of points that have none, without interpolation."""
+        """The largest |dU| of a gap: that of its interpolant or, without one, of its points."""
         if (curve := self.interpolant(gap)) is not None:
             return curve.peak
         d, dU, error = self.table[self.table.varied(gap)], self.table.of(DU, gap), self.table.of(DU_ERROR, gap)
@@ -281,7 +281,7 @@ class Curve:
 
     @cached_property
     def peak(self) -> Peak:
-        """The largest |dU|, its place, and the half-widths of both; of a row those of its first gap."""
+        """The largest |dU|, its place, and the half-widths of both; in a row those of its first gap."""
         return self.peak_of(self.gaps[0]) if self.gaps else self.of().peak
 
     @cached_property
@@ -306,7 +306,7 @@ class Curve:
     def regions(self) -> list[Region]:
         """Where the pair separates, comes closer, or may do either; none if dU vanishes at every distance.
 
-        Of more than two particles those of the first gap.
+        With more than two particles it is those of the first gap.
         """
         peak, curve = self.peak, self.interpolant(self.gaps[0])
         if abs(peak.dU) < NEGLIGIBLE_DU:
@@ -330,12 +330,12 @@ class Curve:
 
     @cached_property
     def motion(self) -> Motion | None:
-        """How the pair moves at each distance; None of fewer than two points, and where the table does not tell it."""
+        """How the pair moves at each distance; None with fewer than two points, or if the table does not tell it."""
         curve = self.interpolant()
         return None if curve is None else Motion.of(self.table, curve)
 
     def memory(self, start: float) -> Memory | None:
-        """How a pair that starts at a distance [D_c] forgets that; None if the decay times are not known."""
+        """How a pair that starts at a distance [D_c] forgets its start; None if the decay times are not known."""
         return None if self.motion is None else self.motion.memory(start)
 
     def forgotten(self, start: float) -> float | None:
@@ -381,7 +381,7 @@ class Curve:
         return self.unequal.travel(begin, end, way_between(self.motion, begin, end), self.scales)
 
     def interpolated(self, values: Array, d: float) -> float:
-        """Values at the points of a pair, shape (points,), at a distance between them: linear in log d."""
+        """Values at the points of a pair, shape (points,), interpolated to a distance [D_c], linearly in log d."""
         return float(np.interp(np.log(d), np.log(self.table[DISTANCE]), values))
 
     @property
@@ -390,24 +390,24 @@ class Curve:
         return self.table.known(BY_DIFFERENCE)
 
     def change_by(self, one: Input) -> Array | None:
-        """Derivative of dU at constant distance in units by an input's logarithm, or by a percentage [um/s], (points,).
+        """Derivative of dU by the logarithm of an input, or by an input that is a percentage [um/s], (points,).
 
-        None where the input changes numbers by which there are no derivatives.
+        It is taken at fixed physical distances. None if the input changes numbers for which there are no derivatives.
         """
         change = dU_by(self.table, one)
         return None if change is None else VELOCITY.factor(self.scales) * change
 
     @cached_property
     def by_inputs(self) -> InputParts:
-        """What the half-widths of the inputs change, at constant distances in units [U_av]."""
+        """What the half-widths of the inputs change, at fixed physical distances [U_av]."""
         return InputParts.of(self.table, self.record.inputs)
 
     @cached_property
     def unequal(self) -> PairsThatDiffer | None:
-        """What the spread of particles does; None where all are equal, or what a difference changes is not known."""
+        """The pairs that particles with a spread form; None if all are equal, or if no effect of this is known."""
         return PairsThatDiffer.of(self.table, self.interpolant() if self.steady else None, self.record)
 
     @cached_property
     def drawn(self) -> DrawnRange | None:
-        """The range of dU in draws of the inputs; an answer of an atlas has it where inputs have half-widths."""
+        """The range of dU over draws of the inputs; None but for answers of an atlas whose inputs have half-widths."""
         return DrawnRange.of(self.record)

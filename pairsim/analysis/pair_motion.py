@@ -16,7 +16,7 @@ from pairsim.solvers.curves.interpolant import CurveInterpolant, hermite, slopes
 FORGOTTEN = 3.0  # decay times after which a start is forgotten; chosen: exp(-3) = .05
 STEPS = 400  # parts of the way for the integral; chosen
 NODES = 512  # distances of a curve, between which rates of its motion are interpolated linearly; chosen
-TINY = 1e-12  # slope of a rate that does not change; rounding
+TINY = 1e-12  # stands for the slope of a rate that does not change; rounding
 
 OfDistance = Callable[[Array | float], Array]
 
@@ -29,7 +29,7 @@ class Motion:
     velocity: OfDistance  # mean velocity of both particles [U_av]
     stretch: OfDistance  # derivative of the distance between the centres by that between the surfaces
     t_relax: OfDistance | None = None  # decay time of the slowest disturbance [D_c/U_av], None where it is not known
-    from_rest: OfDistance | None = None  # bound on what a start from rest there shifts the centres by [D_c], if known
+    from_rest: OfDistance | None = None  # bound on the shift of the centres by a start from rest there [D_c], if known
 
     @staticmethod
     def of(table: Table, curve: CurveInterpolant) -> Motion | None:
@@ -92,7 +92,7 @@ class Memory:
         """
         if len(self.d) and self.decays[-1] >= FORGOTTEN:
             return float(self.d[int(np.argmax(self.decays >= FORGOTTEN))])
-        return np.inf if self.ends or not len(self.d) else float(self.d[-1])  # at rest, it has all the time
+        return np.inf if self.ends or not len(self.d) else float(self.d[-1])  # it comes to rest there
 
 
 def path_by(x: Array, rate: Array, start: float, times: Array) -> Array:
@@ -109,7 +109,7 @@ def path_by(x: Array, rate: Array, start: float, times: Array) -> Array:
     x, rate = np.append(begin, x[order][ahead]), np.append(first, rate[order][ahead])
     slope = np.diff(rate) / np.diff(x)
     slope[slope == 0] = TINY
-    with np.errstate(all="ignore"):  # not a number beyond a zero, which it never reaches
+    with np.errstate(all="ignore"):  # nan beyond a zero of the rate, which the pair never reaches
         passed = np.append(0.0, np.cumsum(np.log1p(np.diff(rate) / rate[:-1]) / slope))
         left = np.minimum(np.searchsorted(passed[1:], times, side="right"), len(slope) - 1)
         way = rate[left] * np.expm1(slope[left] * (times - passed[left])) / slope[left]

@@ -1,4 +1,4 @@
-"""What a pair does once the start-up of its run has decayed, as run.json says, and whether it has."""
+"""How a pair moves once the start-up of its run has decayed, from run.json, and whether it has decayed."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ NOTHING = 1e-9  # |dU| of particles that keep their distance [U_av]; chosen
 
 @dataclass(frozen=True)
 class Settled:
-    """What quasi-steady solutions at the last distances of a run say of one gap."""
+    """The quasi-steady motion of one gap at the last distances of a run."""
 
     dU: float  # relative velocity once the start-up has decayed [U_av]
     error: float  # half-width of its interval
     t_relax: float  # slowest decay time of a disturbance [D_c/U_av]
     from_rest: bool  # whether the run started from rest
     accuracy: float  # error wanted, as a part of |dU|
-    creeps: bool = False  # whether disturbances decay by creep of unyielded liquid alone, which its regularisation sets
+    creeps: bool = False  # whether disturbances decay only by creep of unyielded liquid, set by its regularisation
     arrested: bool = False  # whether unyielded liquid holds the particles together
 
     @staticmethod
     def of(record: Record, gap: int) -> Settled | None:
-        """What run.json has of a gap, counted from 0; None if there is no quasi-steady solution."""
+        """The entry of run.json for a gap, counted from 0; None if there is no quasi-steady solution."""
         entry = SETTLED.of(record) or {}
         if "dU" not in entry:
             return None
@@ -36,11 +36,11 @@ class Settled:
         return Settled(entry["dU"][gap], entry["dU_error"][gap], entry["t_relax"], from_rest, accuracy, *of_yielding)
 
     def own(self, error: float | None) -> float:
-        """Half-width of dU at the end of a run; without an estimate in the run that on the same cells [U_av]."""
+        """Half-width of dU at the end of a run [U_av]: `error`, or without it that of dU here, on the same cells."""
         return max(self.error, self.accuracy * abs(self.dU)) if error is None else error
 
     def allowed(self, error: float | None) -> float:
-        """Largest difference from dU of a run that the errors of both explain [U_av]."""
+        """Largest difference from dU of a run that the half-widths of both explain [U_av]; `error` as of `own`."""
         return max(self.error + self.own(error), NOTHING)
 
     def decayed(self, t: float, dU: float, error: float | None) -> bool:
@@ -55,7 +55,7 @@ class Settled:
 
     @property
     def least_end(self) -> float:
-        """Time before which a run from rest is starting up [D_c/U_av]."""
+        """Time before which a run from rest counts as starting up [D_c/U_av]; 0 of other runs."""
         return FORGOTTEN * self.t_relax if self.from_rest else 0.0
 
     def end_needed(self, t: float, dU: float, error: float | None) -> float:

@@ -53,7 +53,7 @@ if TYPE_CHECKING:
 
 
 CORRECTIONS = {goals.dU: DU_CORRECTION, goals.U: U_CORRECTION, goals.F: F_CORRECTION, goals.DP_PLUS: DP_PLUS_CORRECTION}
-"""The columns of what is added to goals; others have none, or columns of their questions."""
+"""The columns of the corrections of goals; other goals have none, or columns of their questions."""
 HALF_WIDTHS = {
     goals.dU: DU_ERROR,
     goals.U: U_ERROR,
@@ -61,7 +61,7 @@ HALF_WIDTHS = {
     goals.DP_PLUS: DP_PLUS_ERROR,
     goals.D: TAYLOR_ERROR,
 }
-"""The columns of the half-widths of goals; others have columns of their questions."""
+"""The columns of the half-widths of goals; other goals have columns of their questions."""
 
 
 def point_row(point: Point) -> dict[str, float]:
@@ -107,7 +107,7 @@ def _of_column(column: Column, values: Array) -> Array | float:
 
 
 def way_row(passed: Passed) -> dict[str, float]:
-    """The values of a solution on the way to others; velocities are those at held distances."""
+    """The values of a solution on the way to those wanted; velocities are those at held distances."""
     place, velocities = passed.parameters, passed.U
     parameters = {DE: place.De, CA_E: max(place.Ca_es, default=0.0), DISTANCE: place.gaps}
     return table_row(len(velocities), {**parameters, U: velocities, DU: np.diff(velocities), TAYLOR: passed.D})

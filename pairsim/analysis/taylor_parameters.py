@@ -6,7 +6,7 @@ from pairsim.quantities.text import with_error
 from pairsim.record.columns import TAYLOR
 from pairsim.record.table import Table
 
-MOST_SHAPES = 4  # that an answer tells each
+MOST_SHAPES = 4  # largest number of shapes that an answer lists one by one
 
 
 def shapes_in(table: Table, row: int, when: str) -> list[str]:
@@ -26,7 +26,7 @@ def shapes_in(table: Table, row: int, when: str) -> list[str]:
 
 
 def ranges_of_shapes(table: Table) -> list[str]:
-    """The least and the largest Taylor parameter of each particle in all rows."""
+    """A sentence with the least and the largest Taylor parameter of each particle in all rows; none without any."""
     both = {name: (f"{values.min():.3g}", f"{values.max():.3g}") for name, values in table.each(TAYLOR).items()}
     ranges = [f"{name} {f'from {a} to {b}' if a != b else f'= {a}'}" for name, (a, b) in both.items()]
     return [f"Taylor parameters: {', '.join(ranges)}."] if ranges else []

@@ -26,12 +26,12 @@ from pairsim.record.table import Table
 from pairsim.record.table_files import read_table
 from pairsim.runtime.arrays import Array
 
-CONTACT = "contact"  # the reason for which a run ends that closes a gap
-OPEN = ("running", "interrupted", "failed")  # how a run stands that is not judged by its quasi-steady solution
+CONTACT = "contact"  # the reason with which a run ends that closes a gap
+OPEN = ("running", "interrupted", "failed")  # status of runs that were not compared with a quasi-steady solution
 
 
 class Series:
-    """What particles do over time: series.csv with the record of the run.
+    """The motion of particles over time: series.csv with the record of the run.
 
     Gaps are named by the suffixes of their columns, "" of a pair, "_1", "_2", ... of more particles, from upstream.
 
@@ -65,12 +65,12 @@ class Series:
         return self.record.scales
 
     def converted(self, scales: Scales | None) -> Series:
-        """The series in um, s and um/s, by the scales of an experiment; as it is without."""
+        """The series in um, s and um/s, by the scales of an experiment; unchanged without these."""
         return Series(self.table.converted(scales), self.record)
 
     @property
     def gaps(self) -> list[str]:
-        """The gaps, from upstream; none of fewer than two particles."""
+        """The suffixes of the gaps, from upstream; none with fewer than two particles."""
         return self.table.suffixes(DISTANCE)
 
     @property
@@ -92,7 +92,7 @@ class Series:
 
     @property
     def closed(self) -> int | None:
-        """The gap that has closed, counted from 0; None where the run has not ended so."""
+        """The gap whose closing has ended the run, counted from 0; None if the run did not end in this way."""
         if self.record.reason != CONTACT or not self.gaps:
             return None
         return int(np.argmin(self.distances_at(-1)))
@@ -104,17 +104,17 @@ class Series:
 
     @property
     def starting_up(self) -> bool:
-        """Whether a run from rest ended before it was judged if its start-up has decayed."""
+        """Whether a run from rest is not finished, so that it is not judged yet whether its start-up has decayed."""
         return START.of(self.record) != "steady" and self.record.status in OPEN
 
     @property
     def cycles(self) -> WholeCycles | None:
-        """What the record says of the cycles of a flow that varies; None where it does not."""
+        """The entry of the record on the cycles of a flow that varies; None without one."""
         return CYCLES.of(self.record)
 
     @property
     def last_cycle(self) -> slice:
-        """The rows of the last whole cycle, of all without one."""
+        """The rows of the last whole cycle; all rows if there is none."""
         entry = self.cycles or {}
         whole, cycle = entry.get("whole", 0), entry.get("cycle", np.inf)
         if not whole:
@@ -124,25 +124,25 @@ class Series:
         return slice(int(first), int(last))
 
     def settled(self, gap: int) -> Settled | None:
-        """What a gap, counted from 0, does once the start-up has decayed; None where that is not known."""
+        """How a gap, counted from 0, moves once the start-up has decayed; None where that is not known."""
         return Settled.of(self.record, gap)
 
     @property
     def why_not_settled(self) -> str:
-        """Why it is not known, in words; "" where it is, or was not asked."""
+        """Why `settled` is not known, in words; "" where it is known, or was not asked for."""
         return str((SETTLED.of(self.record) or {}).get("message", ""))
 
     @cached_property
     def start_up(self) -> float:
-        """Least time up to which the run is starting up [D_c/U_av]; 0 where it is not known or starts from no rest."""
+        """Time up to which a run from rest is starting up at least [D_c/U_av]; 0 of others, or if not known."""
         settled = self.settled(0)
         return settled.least_end if settled is not None else 0.0
 
     def last_dU(self, gap: str, settled: Settled | None) -> tuple[float, float | None]:
         """dU of a gap in the last row, and the half-width of its interval [U_av].
 
-        Where the run has not estimated it, it is that of quasi-steady motion on the same cells, once the start-up has
-        decayed; None before.
+        If the run has not estimated the half-width, it is that of quasi-steady motion on the same cells once the
+        start-up has decayed, and None before.
         """
         dU, errors = float(self.dU(gap)[-1]), self.table.half_widths(DU, gap)
         if errors is not None:
@@ -156,7 +156,7 @@ class Series:
         return list(self.table.each(Z).values())
 
     def moved(self, gap: int) -> float | None:
-        """The length of tube by which the middle of a gap, counted from 0, has moved [D_c]; None where not known."""
+        """How far the middle of a gap, counted from 0, has moved along the tube [D_c]; None where not known."""
         if not (ends := self.places[gap : gap + 2]):
             return None
         z = np.mean(ends, axis=0)
@@ -164,5 +164,5 @@ class Series:
 
     @property
     def bridges(self) -> dict[str, float]:
-        """Radii within which no liquid yields between neighbours at the end [D_c], by gap."""
+        """Radii within which the liquid between neighbours is unyielded at the end [D_c], by gap."""
         return {gap: float(self.table.of(BRIDGE, gap)[-1]) for gap in self.table.suffixes(BRIDGE)}

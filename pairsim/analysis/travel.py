@@ -22,7 +22,7 @@ from pairsim.runtime.errors import Argument, InputError
 from pairsim.runtime.message import Message, Text, in_units
 from pairsim.solvers.curves.interpolant import NEGLIGIBLE_DU, CurveInterpolant
 
-NODES = 4  # of the quadrature between two samples of a curve, which leaves 1e-10 of smooth ones
+NODES = 4  # of the quadrature between two samples of a curve, whose relative error is 1e-10 on smooth ones
 SAME = 1e-9  # relative difference of a distance from an end of the curve that is due to rounding
 
 
@@ -35,13 +35,15 @@ class Travel:
         stop: Last distance [D_c].
         time: Integral of dz/dU over the distance z of the centres of volume [D_c/U_av].
         length: Integral of U/dU dz with the mean velocity U of the pair: how far it travels along the tube [D_c].
-        time_error: Half-width of the time: with dU on either end of its interval everywhere.
-        length_error: Half-width of the length, in the same way.
-        forgotten: Distance from which on a pair that starts at the first one follows the curve; see `Memory`.
-        start_error: By how much a start from rest at the first distance may change the time [D_c/U_av]; no part of
-            `time_error`, as of a pair that only passes there. None if the curve does not have it.
+        time_error: Half-width of the time [D_c/U_av]: its change if dU is at one end of its interval everywhere.
+        length_error: Half-width of the length [D_c], in the same way.
+        forgotten: Distance from which on a pair that starts at the first one follows the curve [D_c]; see `Memory`.
+            None if it is not known.
+        start_error: By how much a start from rest at the first distance may change the time [D_c/U_av]. It is no part
+            of `time_error`, which is that of a pair that only passes there. None if the curve does not have it.
         scales: The units of the case, None without a `physical` block.
-        by_inputs: What the half-width of each input adds to those of time and length, to first order, by its key.
+        by_inputs: What the half-width of each input contributes to those of time [D_c/U_av] and length [D_c], by its
+            key, to first order.
         unknown: The keys of inputs of which this is not known.
     """
 
@@ -59,15 +61,15 @@ class Travel:
 
     @property
     def time_inputs(self) -> float | None:
-        """Half-width of the time by those of the inputs at the same distances in units; no part of `time_error`.
+        """Half-width of the time due to those of the inputs, at fixed physical distances; no part of `time_error`.
 
-        None where inputs have none, or the part of one is not known.
+        None if inputs have none, or if the part of one is not known.
         """
         return self._by_all(0)
 
     @property
     def length_inputs(self) -> float | None:
-        """Half-width of the length by those of the inputs [D_c], as `time_inputs`; no part of `length_error`."""
+        """Half-width of the length due to those of the inputs [D_c], as `time_inputs`; no part of `length_error`."""
         return self._by_all(1)
 
     def _by_all(self, which: int) -> float | None:
@@ -93,7 +95,7 @@ class Travel:
         return "\n".join([*lines, *self._inputs_in_words()])
 
     def _inputs_in_words(self) -> list[str]:
-        """What the inputs add, the largest part first, and of which of them it is not known."""
+        """Sentences on what the inputs add, the largest part first, and on the inputs of which this is not known."""
         lines, parts = [], sorted(self.by_inputs.items(), key=lambda each: -each[1][0])
         if parts:
             said = []
@@ -122,7 +124,7 @@ def travel(
     speed, error = np.abs(curve.values(d)), curve.half_widths(d)
 
     def with_half_width(velocity: Array | float) -> tuple[float, float]:
-        """The integral of velocity/|dU| over the distance of the centres, and with half-widths added to |dU|."""
+        """The integral of velocity/|dU| over the distance of the centres, and its half-width due to that of dU."""
         value, least, most = (float((way * velocity / (speed + part * error)).sum()) for part in (0, 1, -1))
         return value, max(value - least, most - value)
 
@@ -136,7 +138,7 @@ def travel(
 
 
 def way_between(motion: Motion, begin: float, end: float) -> Way:
-    """The way from one distance to another [D_c]."""
+    """Distances from one to another [D_c], with the weights of a quadrature and the velocities of the pair."""
     low, high = sorted((begin, end))
     samples = motion.curve.samples[0]
     places = np.log([low, *samples[(low < samples) & (samples < high)], high])
@@ -147,9 +149,13 @@ def way_between(motion: Motion, begin: float, end: float) -> Way:
 
 
 def _by_inputs(motion: Motion, inputs: InputParts, d: Array, way: Array) -> dict[str, tuple[float, float]]:
-    """What the half-width of each input changes of time and length, both of the same way between the centres.
+    """The changes of time [D_c/U_av] and length [D_c] by the half-width of each input, by its key.
 
-    That is given at distances (of any shape) as the weights of a quadrature of the same shape.
+    Args:
+        motion: The motion of the pair.
+        inputs: The parts of the inputs.
+        d: Distances [D_c], of any shape.
+        way: Weights of a quadrature over the distance of the centres [D_c], of the same shape.
     """
     dU, velocity, found = motion.curve.values(d), motion.velocity(d), dict[str, tuple[float, float]]()
     changes, of_velocity = inputs.dU_at(d), inputs.velocity_at(d)

@@ -1,4 +1,4 @@
-"""Pairs whose particles differ: what the spread of diameters and moduli does to dU, and which part of pairs meets."""
+"""Pairs whose particles differ: the spread of dU that follows from it, and the fraction of pairs that make a travel."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from pairsim.runtime.arrays import Array
 from pairsim.solvers.curves.interpolant import CurveInterpolant, hermite, slopes_of
 
 BY = {"diameter": (BY_BETA, BY_DIFFERENCE), "modulus": (BY_CA_E, BY_STIFFNESS)}
-"""The derivatives of dU by what differs, of both particles and by their difference."""
-DRAWS = 4000  # pairs that are drawn: a part of them is known to 0.8 %
-HALF, MOST = 0.5, 0.9  # parts of those that arrive, of which the length of tube is told
+"""The derivatives of dU by the properties that may differ: by that of both particles, and by their difference."""
+DRAWS = 4000  # number of pairs drawn: a fraction of them has a standard error of at most 0.8 %
+HALF, MOST = 0.5, 0.9  # fractions of the pairs that arrive for which the length of tube is given
 
 
 class Pairs(NamedTuple):
-    """By how much the particles of pairs differ from the mean one, as parts of the means, shape (pairs, 2) each.
+    """Relative differences of the particles of pairs from the mean particle, shape (pairs, 2) each.
 
     The trailing (upstream) particle comes first.
     """
@@ -37,7 +37,7 @@ class Pairs(NamedTuple):
 
 @dataclass(frozen=True)
 class Spread:
-    """Standard deviations of diameter and modulus among particles as parts of the means, and the mean particle."""
+    """Standard deviations of diameter and modulus among particles, over their means, and the mean particle."""
 
     diameter: float
     modulus: float
@@ -57,18 +57,18 @@ class Spread:
 
     @property
     def sizes(self) -> dict[str, float]:
-        """The standard deviations of what differs, by its name."""
+        """The standard deviations of the properties that differ, by their names."""
         every = {"diameter": self.diameter, "modulus": self.modulus}
         return {name: part for name, part in every.items() if part}
 
     @property
     def words(self) -> str:
-        """What differs by how much."""
+        """What differs, and by how much, in words."""
         return ", ".join(f"{name} {100 * part:.3g} %" for name, part in self.sizes.items())
 
 
 class UnequalPairs(Protocol):
-    """dU of pairs whose particles differ, whichever way it is known."""
+    """dU of pairs whose particles differ, however it is known."""
 
     def dU(self, d: Array, pairs: Pairs) -> Array:
         """dU of pairs at distances (n,) [D_c], shape (pairs, n) [U_av]."""
@@ -77,7 +77,7 @@ class UnequalPairs(Protocol):
         """Standard deviation of dU among pairs of a spread, at distances (n,) [D_c], shape (n,) [U_av]."""
 
     def decisive(self, spread: Spread) -> Mapping[str, float]:
-        """Difference of each quantity over its mean from which on its sign is that of dU at every distance."""
+        """Relative difference of each property from which on its sign determines that of dU at every distance."""
 
 
 @dataclass(frozen=True)
@@ -87,8 +87,8 @@ class ByDerivatives:
     Attributes:
         curve: dU of two mean particles.
         d: Distances at which derivatives are known, ascending [D_c], shape (points,).
-        by_diameters: Derivatives by the diameters of both, and by their difference (the leading less the trailing
-            one), as parts of the mean, shape (2, points) [U_av].
+        by_diameters: Derivatives by the diameters of both, and by their difference (the leading minus the trailing
+            one), over their mean, shape (2, points) [U_av].
         by_moduli: The same by the moduli; zeros where these do not differ.
     """
 
@@ -99,7 +99,7 @@ class ByDerivatives:
 
     @classmethod
     def of(cls, table: Table, curve: CurveInterpolant, spread: Spread) -> Self:
-        """The derivatives of a curve; zeros by what does not differ."""
+        """The derivatives of a curve; zeros for properties that do not differ."""
         by = {name: np.zeros((2, table.rows)) for name in BY}
         for name in spread.sizes:
             by[name] = np.array([table[column] for column in BY[name]])
@@ -128,7 +128,7 @@ class ByDerivatives:
             return {name: float((dU / by).max()) for name, (dU, by) in found.items()}
 
     def _at(self, by: Array, d: Array) -> Array:
-        """Derivatives at distances, (2, n): between the points by a cubic over log d."""
+        """Derivatives at distances (n,), shape (2, n), interpolated by a cubic over log d."""
         x = np.log(self.d)
         return np.array([hermite(x, each, slopes_of(each, x))(np.log(d)) for each in by])
 
@@ -145,9 +145,9 @@ class PairsTravel:
     Attributes:
         start: First distance [D_c].
         stop: Last distance [D_c].
-        part: The part of pairs that do.
-        half: Length of tube within which half of them do [D_c]; nan where none does.
-        most: That of nine tenths of them [D_c].
+        part: The fraction of pairs that do.
+        half: Length of tube within which half of these do [D_c]; nan where none does.
+        most: Length of tube within which nine tenths of these do [D_c]; nan where none does.
         spread: How much particles differ.
         scales: The units of the case, None without a `physical` block.
     """
@@ -171,13 +171,13 @@ class PairsTravel:
 
 @dataclass(frozen=True)
 class PairsThatDiffer:
-    """What a spread does to pairs.
+    """Pairs of particles with a spread of properties.
 
     Attributes:
         source: dU of pairs that differ.
         curve: dU of two mean particles.
-        spread: How much particles differ in what changes dU in a way that is known.
-        unknown: What they differ in, too.
+        spread: How much particles differ, in the properties whose effect on dU is known.
+        unknown: Names of the properties that differ, too, but whose effect is not known.
     """
 
     source: UnequalPairs
@@ -187,7 +187,7 @@ class PairsThatDiffer:
 
     @classmethod
     def of(cls, table: Table, curve: CurveInterpolant | None, record: Record) -> Self | None:
-        """Pairs that differ along a curve; None where all are equal, or what a difference changes is not known."""
+        """Pairs that differ along a curve; None if all are equal, or if no effect of their differences is known."""
         spread = Spread.of(record)
         if spread is None or curve is None:
             return None
@@ -200,12 +200,12 @@ class PairsThatDiffer:
         return self.source.deviations(d, self.spread)
 
     def separate(self, d: Array) -> Array:
-        """The part of pairs with dU > 0 at distances (n,) [D_c], shape (n,)."""
+        """The fraction of pairs with dU > 0 at distances (n,) [D_c], shape (n,)."""
         ratios = self.curve.values(d) / self.deviations(d)
         return np.array([0.5 + 0.5 * math.erf(each / math.sqrt(2)) for each in ratios])
 
     def words_at(self, d: float, scales: Scales | None) -> str:
-        """What pairs do at a distance [D_c]."""
+        """The spread of dU among pairs at a distance [D_c], in words."""
         at = np.array([d])
         deviation = in_unit(scales, VELOCITY, float(self.deviations(at)[0]), digits=3)
         part = 100 * float(self.separate(at)[0])
@@ -222,7 +222,7 @@ class PairsThatDiffer:
         Args:
             start: First distance.
             stop: Last distance.
-            way: The distances between them.
+            way: The distances between them, with the weights of a quadrature.
             scales: The units of the case.
         """
         dU = self.source.dU(way.d.ravel(), self.spread.draw(DRAWS)) * np.sign(stop - start)
@@ -233,7 +233,7 @@ class PairsThatDiffer:
 
 
 class Way(NamedTuple):
-    """Distances between two others with the weights of a quadrature over the distance of the centres."""
+    """Distances between two others, with the weights of a quadrature over the distance of the centres."""
 
     d: Array  # [D_c], of any shape
     weights: Array  # of the same shape [D_c]

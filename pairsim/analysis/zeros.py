@@ -28,7 +28,7 @@ class Zero:
 
 
 def zeros_in(table: Table, distance: Column = DISTANCE) -> list[Zero]:
-    """The zeros in a table, whose distances are in this column."""
+    """The zeros in a table, whose distances are in the column `distance`; none if the table lacks it."""
     d, stable, errors = table.known(distance), table.known(STABLE), table.known(D_ERROR)
     if d is None or stable is None:
         return []
