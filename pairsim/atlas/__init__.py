@@ -1,1 +1,1 @@
-"""Interpolants of many master curves: dU and what belongs to it at once, with intervals. Needs numpy alone."""
+"""Interpolants of many master curves: dU and what belongs to it at once, with intervals. Reading needs numpy alone."""

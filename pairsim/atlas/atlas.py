@@ -1,6 +1,6 @@
 """An atlas: master curves of pairs at any beta, De and Ca_e of a box, with intervals, without computing.
 
-It is made by `pairsim.atlas.fit` of many curves, which its file holds. Only numpy is loaded to read and evaluate it.
+It is made by `pairsim.atlas.fit` from many curves, which its file holds. Only numpy is loaded to read and evaluate it.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ PARAMETERS = ("beta", "De", "Ca_e")
 SHIPPED = sorted(Path(__file__).parent.glob("*.npz"))  # made by the files of these names in configs/atlas
 VANISHING = (1, 2)  # of these: dU of equal pairs vanishes where De and Ca_e do
 BEND = 0.05  # De from which on dU bends: its coordinate is log(1 + De/BEND); chosen by curves left out
-POWER = 4.0  # of beta, by which dU is divided: of the order of what dU grows with
+POWER = 4.0  # power of beta by which dU is divided: about that with which dU grows
 SLACK = 1e-9  # part of a range by which a value may be outside by rounding
-UNSURE = 0.1  # half-width of a curve over its peak, from which on somewhere its derivatives are not used; chosen
-SMOOTH = np.array([1.5, 1.0, 1.5])  # lengths of what a curve has beside dU; chosen
-ERROR_OF_OTHERS = 1e-4  # of what a curve has beside dU, relative to its standard deviation over the curves; chosen
+UNSURE = 0.1  # half-width of a curve over its peak above which, at any distance, its derivatives are not used; chosen
+SMOOTH = np.array([1.5, 1.0, 1.5])  # correlation lengths of the quantities of a curve beside dU; chosen
+ERROR_OF_OTHERS = 1e-4  # error of these quantities, over their standard deviation among the curves; chosen
 ENOUGH = 8  # curves with a derivative by the difference of diameters, from which on it is interpolated; chosen
 
 
@@ -44,8 +44,8 @@ class Curves:
     dU: Array  # dU on the slow manifold [U_av], shape (curves, distances)
     errors: Array  # half-widths of its intervals, of the same shape
     gradients: Array  # its derivatives by beta, De and Ca_e, nan where not known, shape (curves, 3, distances)
-    others: Array  # mean velocity of the pair, motion of its centres over that of d, decay time, of the same shape
-    differences: Array  # derivative of dU by the difference of the diameters over their mean, nan where not known
+    others: Array  # mean velocity of the pair, derivative of the centres' distance by d, decay time, of the same shape
+    differences: Array  # derivative of dU by the relative difference of the diameters, nan where not known, as dU
 
     def __add__(self, other: Curves) -> Curves:
         return Curves(*map(np.concatenate, zip(vars(self).values(), vars(other).values(), strict=True)))
@@ -77,7 +77,7 @@ class Curves:
 
 
 def _median(values: Array) -> float:
-    """The median; that of numpy loads its masked arrays, which takes as long as to interpolate a curve."""
+    """The median; that of numpy loads masked arrays, which takes as long as interpolating a curve."""
     middle = len(values) // 2
     return float(np.sort(values)[middle - (len(values) % 2 == 0) : middle + 1].mean())
 
@@ -91,7 +91,7 @@ class Interpolated:
     half_widths: Array  # of the intervals of dU
     slope: Array  # derivative of dU by the distance
     U: Array  # mean velocity of the pair
-    stretch: Array  # motion of the centres over that of d
+    stretch: Array  # derivative of the distance between the centres by that between the surfaces
     t_relax: Array  # decay time [D_c/U_av]
     sensitivities: Mapping[str, Array]  # derivatives of dU by beta, De and Ca_e
     by_difference: Array | None  # that by the difference of the diameters over their mean; None where not known
@@ -112,9 +112,9 @@ class Atlas:
     provenance: Provenance
     d: Array  # distances of the curves, ascending [D_c], shape (distances,)
     settings: Array  # as of `Curves.kriging`
-    widths: Array  # what a standard deviation of dU is multiplied by for the half-width of its interval, (distances,)
+    widths: Array  # factors from the standard deviation of dU to the half-width of its interval, (distances,)
     curves: Curves  # those that it is made of
-    unequal: Unequal | None = None  # what it has of pairs whose beads differ
+    unequal: Unequal | None = None  # pairs whose beads differ; None if it has none
 
     @classmethod
     def load(cls, path: Path) -> Self:
@@ -159,12 +159,12 @@ class Atlas:
 
     @cached_property
     def dU(self) -> Kriging:
-        """dU over beta ** POWER at the distances."""
+        """The kriging of dU over beta ** POWER at all distances."""
         return self.curves.kriging(self.box, self.settings)
 
     @cached_property
     def others(self) -> tuple[Kriging, Array]:
-        """`Curves.others` at the distances, one after the other, less their means, and these."""
+        """The kriging of `Curves.others` at all distances, one after the other, less their means, and these means."""
         values = self.curves.others.reshape(len(self.curves.others), -1)
         means, size = values.mean(axis=0), values.std(axis=0).max() or 1.0
         data = np.full((4, *values.shape), np.nan)
@@ -173,7 +173,10 @@ class Atlas:
 
     @cached_property
     def by_difference(self) -> tuple[Kriging, Array] | None:
-        """`Curves.differences` over beta ** 2 less their means, and these; None where too few are known."""
+        """The kriging of `Curves.differences` over beta ** 2, less their means, and these means.
+
+        None where too few are known.
+        """
         values = self.curves.differences / self.curves.places[:, :1] ** 2
         known = np.isfinite(values).all(axis=1)
         if known.sum() < ENOUGH:
@@ -194,8 +197,9 @@ class Atlas:
     def patterns(self) -> Array:
         """How errors of the atlas are distributed over the distances, shape (curves, distances).
 
-        Each row is the error of a curve that was left out. The sum of all rows, each times an independent normal number
-        of variance 1, has variance 1 at every distance, and changes from one to the next as errors of dU do.
+        Each row is proportional to the error for a curve that was left out. The sum of all rows, each times an
+        independent normal number of variance 1, has variance 1 at every distance, and is correlated over the distances
+        as errors of dU are.
         """
         residuals, spreads = self.dU.left_out()
         ratios = residuals / spreads[:, None]
@@ -214,8 +218,9 @@ class Atlas:
     def velocities(self, places: ArrayLike) -> tuple[Array, Array]:
         """dU and half-widths of its intervals at the distances `d` [U_av], shape (places, distances) each.
 
-        Half-widths have the part of the interpolation, and that of the curves nearby: the mean of theirs by the inverse
-        fourth powers of how far away they are; where soft pairs nearly touch, these differ by factors of a hundred.
+        Half-widths combine that of the interpolation with those of the curves nearby: the mean of these, weighted with
+        the inverse fourth powers of how far away the curves are in the box. Where soft pairs nearly touch, half-widths
+        of curves differ by factors of a hundred.
 
         Args:
             places: beta, De and Ca_e, shape (places, 3); those outside of the box are extrapolated.
@@ -240,8 +245,8 @@ class Atlas:
     def changes_by_difference(self, places: ArrayLike) -> Array | None:
         """Derivatives of dU by the difference of the diameters over their mean [U_av], shape (places, distances).
 
-        None where it is not known. Places are those of `velocities`. An atlas that has pairs whose beads differ knows
-        it from these, too.
+        None where they are not known. Places are those of `velocities`. In an atlas that has pairs whose beads differ,
+        they follow from these, too.
         """
         if self.of_unequal is not None:
             return self.of_unequal.by_difference(np.asarray(places, dtype=float))
@@ -274,7 +279,7 @@ class Atlas:
 
 
 def scaled(box: Mapping[str, Sequence[float]], places: Array) -> tuple[Array, Array]:
-    """Coordinates of beta, De and Ca_e in [0, 1], zero where De and Ca_e are, and their derivatives, (places, 3)."""
+    """Coordinates in [0, 1] of beta, De and Ca_e, which vanish with De and Ca_e, and their derivatives, (places, 3)."""
     (low, high), (_, De), (_, Ca_e) = (box[name] for name in PARAMETERS)
     sizes = np.array([(high - low) or 1.0, np.log1p(De / BEND) or 1.0, Ca_e or 1.0])
     beta, bent, one = places[:, 0] - low, np.log1p(places[:, 1] / BEND), np.ones(len(places))

@@ -14,7 +14,7 @@ from pairsim.solvers.curves.distances import WIDEST
 
 
 def page_of(atlases: Iterable[tuple[str, Atlas]]) -> str:
-    """The page of atlases, each with its liquid in words."""
+    """The HTML page of some atlases, each given with its liquid in words."""
     contents = [_content(liquid, atlas) for liquid, atlas in atlases]
     content = {"atlases": contents, "bend": BEND, "power": POWER, "widest": WIDEST}
     page = Path(__file__).with_suffix(".html").read_text(encoding="utf-8").replace("VERSION", __version__)
@@ -22,7 +22,7 @@ def page_of(atlases: Iterable[tuple[str, Atlas]]) -> str:
 
 
 class Content(TypedDict):
-    """What the page has of an atlas: its liquid in words, and its attributes and those of its krigings."""
+    """The content of the page for one atlas: its liquid in words, and its attributes and those of its krigings."""
 
     liquid: str
     box: Mapping[str, Sequence[float]]
@@ -36,7 +36,7 @@ class Content(TypedDict):
 
 def _content(liquid: str, atlas: Atlas) -> Content:
     others, means = atlas.others
-    root = [row[: i + 1] for i, row in enumerate(atlas.dU.root)]  # which is triangular
+    root = [row[: i + 1] for i, row in enumerate(atlas.dU.root)]  # lower triangular
     return {
         "liquid": liquid,
         "box": atlas.box,

@@ -1,4 +1,4 @@
-"""Make an atlas of master curves, with half-widths from curves left out, and say where further curves tell most."""
+"""Make an atlas of master curves, with half-widths from curves left out, and say where further curves help most."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ import scipy.optimize
 from pairsim.atlas.atlas import PARAMETERS, POWER, Atlas, Curves, Provenance
 from pairsim.runtime.arrays import Array
 
-COVERED = 0.95  # part of all places that intervals hold
-ENOUGH = 20  # curves at random places from which on half-widths follow from these alone; a quantile of `COVERED` has 19
-NEIGHBOURS = 2  # distances on either side whose errors count for the half-width at one
+COVERED = 0.95  # fraction of all errors that intervals hold
+ENOUGH = 20  # curves at random places from which on half-widths follow from these alone; the quantile needs 19
+NEIGHBOURS = 2  # distances on either side of a distance whose errors count for the half-width there
 FIRST = (1.0, 1.0, 1.0, 3e-3, 0.4, 2e-2, 2e-2)
 """First guess of the settings.
 
 Derivatives by beta are the least accurate: they lack the estimate of the error of dU, which changes with the mesh.
 """
-FURTHEST = 4.0  # from the first guess, in logarithms; chosen
+FURTHEST = 4.0  # largest difference of settings from the first guess, in logarithms; chosen
 
 
 def fit(curves: Curves, d: Array, box: Mapping[str, Sequence[float]], provenance: Provenance) -> Atlas:
     """Make an atlas.
 
-    Lengths and errors are those with which curves left out are most probable by the others (Rasmussen and Williams
-    2006, section 5.4.2; errors are taken to have a Laplace distribution, of a width that depends on the distance).
+    Correlation lengths and errors are those that make each curve, left out, most probable by the others (Rasmussen and
+    Williams 2006, section 5.4.2; errors are taken to have a Laplace distribution whose width depends on the distance).
 
     Args:
         curves: At least four.
@@ -53,12 +53,14 @@ def fit(curves: Curves, d: Array, box: Mapping[str, Sequence[float]], provenance
 
 
 def widths_of(curves: Curves, box: Mapping[str, Sequence[float]], settings: Array) -> Array:
-    """Half-widths that hold `COVERED` of all errors, over the standard deviation of the kriging, (distances,).
+    """Half-widths that hold the fraction `COVERED` of all errors, over the standard deviation of the kriging.
 
-    The errors are those of curves that are left out.
+    The errors are those of curves that are left out. Their quantile is that for one more curve (conformal prediction).
+    It is taken over curves at random places if there are `ENOUGH`: a further random place is to them as each of them is
+    to the others, whereas curves at the edges are extrapolated when they are left out.
 
-    The quantile is that for one more curve than these (conformal prediction). It is taken of curves at random places if
-    there are `ENOUGH`: a further place is to them as each is to the others, whereas curves at edges are extrapolated.
+    Returns:
+        Factors, shape (distances,).
     """
     residuals, spreads = curves.kriging(box, settings).left_out()
     alike = curves.random if curves.random.sum() >= ENOUGH else np.ones_like(curves.random)
@@ -69,12 +71,12 @@ def widths_of(curves: Curves, box: Mapping[str, Sequence[float]], settings: Arra
 
 
 def left_out(atlas: Atlas) -> Array:
-    """Error of the atlas without a curve at the place of that curve, over its peak, shape (curves, distances)."""
+    """Errors of the atlas at the place of each curve, without this curve, over its peak, (curves, distances)."""
     return atlas.dU.left_out()[0] * atlas.curves.places[:, :1] ** POWER / atlas.curves.peaks
 
 
 def least_sure(atlas: Atlas, candidates: Array, count: int) -> Array:
-    """The candidates where the half-width is largest over the peak, each chosen as if the ones before were known.
+    """The candidates with the largest half-width over the peak, each chosen as if the ones before were known.
 
     Candidates are beta, De and Ca_e, shape (candidates, 3); the result has the shape (count, 3).
     """

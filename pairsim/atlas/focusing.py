@@ -4,8 +4,9 @@ Its rate per displacement is, in units of U_av/D_c,
 
     a = by_Ca_e Ca_e + by_Psi_1 Psi_1 + by_Psi_2 Psi_2 + by_Re Re,
 
-with the normal stress coefficients of slow shear, over eta_0 D_c/U_av. The numbers over beta are in focusing.csv, which
-the study focus_table (scripts/studies) makes with the solver of `pairsim focus`; so is how far first order reaches.
+with the normal stress coefficients of slow shear, over eta_0 D_c/U_av. The factors, functions of beta, are in
+focusing.csv, which the study focus_table (scripts/studies) makes with the solver of `pairsim focus`; so are the limits
+up to which first order holds.
 """
 
 from __future__ import annotations
@@ -26,9 +27,9 @@ from pairsim.physics.solids import Solid
 FILE = Path(__file__).with_name("focusing.csv")
 POWERS = {"by_Ca_e": 2, "by_Psi_1": 2, "by_Psi_2": 2, "by_Re": 3}
 """Powers of beta with which rates of small beads vanish."""
-OFF = 0.2  # part of a rate by which first order may be off; chosen
+OFF = 0.2  # largest relative error of a rate with which first order counts as valid; chosen
 WALL_RATE = 8.0  # shear rate of a Newtonian liquid at the wall [U_av/D_c]
-NEAR_ENOUGH = 1e-6  # of the range in which the largest De is looked for; chosen
+NEAR_ENOUGH = 1e-6  # tolerance of the largest De, over the range in which it is searched for; chosen
 
 
 @dataclass(frozen=True)
@@ -38,14 +39,15 @@ class Row:
     Attributes:
         beta: Diameter [D_c].
         U: Velocity of a rigid bead in a Newtonian liquid [U_av].
-        by_Ca_e: Derivative of the rate by Ca_e.
+        by_Ca_e: Derivative of the rate [U_av/D_c] by Ca_e.
         by_Psi_1: That by the first normal stress coefficient.
         by_Psi_2: That by the second one.
         by_Re: That by the Reynolds number rho U_av D_c/eta_0.
         Ca_e_most: Ca_e up to which first order is off by at most `OFF`, in a Newtonian liquid.
-        De_most: Longest relaxation time up to which it is, of a liquid whose viscosity and first normal stress
-            coefficient do not depend on the shear rate [D_c/U_av].
-        departure_most: By which part these may differ from slow shear up to the rate at the wall.
+        De_most: Relaxation time [D_c/U_av] up to which it is, if viscosity and first normal stress coefficient do not
+            depend on the shear rate; of several modes the longest counts.
+        departure_most: Relative change of viscosity and first normal stress coefficient, from slow shear to the shear
+            rate at the wall, up to which it is.
     """
 
     beta: float
@@ -66,7 +68,8 @@ class Row:
     def at(cls, beta: float) -> Self | None:
         """The row of a diameter; None outside of the table.
 
-        Between diameters numbers are linear, rates over the power of beta with which they begin.
+        Numbers are interpolated linearly between diameters, rates after division by the power of beta with which they
+        vanish.
         """
         table = _table()
         if not table[0, 0] <= beta <= table[-1, 0]:
@@ -94,7 +97,7 @@ class FirstOrderFocusing:
         rate: Rate per displacement without inertia, negative towards the axis [U_av/D_c].
         tube: Length of tube within which a small displacement falls to a tenth [D_c].
         Re_most: Reynolds number rho U_av D_c/eta_0 from which inertia drives it off the axis.
-        share: How much of the range of first order is used: above 1 it is off by more than `OFF`.
+        share: The share of the range of first order that is used: above 1 its error exceeds `OFF`.
         Ca_e_most: Ca_e up to which first order holds at the De given.
         De_most: De up to which it holds at the Ca_e given.
     """
@@ -144,14 +147,14 @@ class FirstOrderFocusing:
 
 
 def _share(row: Row, liquid: Liquid) -> float:
-    """Which part of its range elasticity takes."""
+    """The share of the range of first order that the elasticity of the liquid uses."""
     if not liquid.modes:
         return 0.0
     return (liquid.longest / row.De_most) ** 2 + departure(liquid, WALL_RATE) / row.departure_most
 
 
 def _largest_De(row: Row, liquid: Liquid, left: float) -> float:
-    """The De up to which elasticity takes no more than a part of the range; 0 where there is none."""
+    """The De up to which elasticity uses no more than the share `left` of the range; 0 where there is none."""
     if not liquid.modes or left <= 0:
         return 0.0
 

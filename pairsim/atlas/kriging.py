@@ -16,15 +16,15 @@ NUGGET = 1e-10  # added to variances of data, relative to that of the function; 
 def covariance(X: Array, Z: Array, lengths: Array, vanishing: Sequence[int]) -> Array:
     """Covariances of a random function and its derivatives at places with those at other places.
 
-    The function is the sum of g_i x_i over some parameters i, with random g_i, so that it is zero where these are, or
-    else g. Each g has covariances exp(-|x - z|^2/2), x and z over the lengths (Rasmussen and Williams 2006, section
-    9.4).
+    The function is a random g or, if some parameters i are `vanishing`, the sum of g_i x_i over these with random g_i,
+    so that it is zero where they are. Each g has the covariance exp(-|x - z|^2/2), with x and z over the lengths
+    (Rasmussen and Williams 2006, section 9.4).
 
     Args:
         X: Places, shape (n, p).
         Z: Other places, shape (m, p).
         lengths: Correlation length along each parameter, shape (p,).
-        vanishing: The parameters of this sum; none where the function is g.
+        vanishing: Indices of the parameters of this sum; none where the function is g.
 
     Returns:
         Array of shape (1 + p, n, 1 + p, m): the function, then its derivatives by each parameter.
@@ -76,8 +76,9 @@ class Kriging:
     def __call__(self, X: Array) -> tuple[Array, Array]:
         """Functions and their derivatives at places, shape (1 + p, m, functions), and standard deviations, (m,).
 
-        These are those of the functions over that of g. A variance is what the data leave of that of the function,
-        often 1e-9 of it: by the inverse of the covariance, in place of its root, it would be rounding.
+        Standard deviations are those of the functions over that of g. A variance is what the data leave of that of the
+        function, often 1e-9 of it: with the inverse of the covariance, in place of its root, it would be lost in
+        rounding.
         """
         cross = covariance(X, self.places, self.lengths, self.vanishing)
         rows = cross.reshape(cross.shape[0], len(X), -1)[:, :, self.known]
@@ -95,9 +96,9 @@ class Kriging:
         return np.asarray(np.sqrt(np.maximum(spread, 0.0)))
 
     def left_out(self, which: Iterable[int] | None = None) -> tuple[Array, Array]:
-        """The kriging without each place less the values there, (n, functions), and its standard deviation, (n,).
+        """The kriging without a place minus the values there, (n, functions), and its standard deviation there, (n,).
 
-        Of all places, or of those of some indices, each of which must have its values.
+        This is done for each place, or for those with the indices `which`, all of which must have values.
         """
         n, residuals, spreads = len(self.places), [], []
         for i in range(n) if which is None else which:

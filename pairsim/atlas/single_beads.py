@@ -1,4 +1,4 @@
-"""Velocities of beads on their own, by which a pair of unequal beads moves apart or together where it is far apart."""
+"""Velocities of beads on their own, whose difference is dU of a pair of unequal beads that are far apart."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pairsim.atlas.atlas import PARAMETERS, scaled
 from pairsim.atlas.kriging import Kriging
 from pairsim.runtime.arrays import Array, Flags
 
-COVERED = 0.95  # part of velocities that intervals hold
+COVERED = 0.95  # fraction of velocities that intervals hold
 PREFIX = "single_"  # of names of arrays in the file of an atlas
 
 
@@ -26,7 +26,7 @@ class SingleBeads:
         places: beta, De and Ca_e, shape (beads, 3).
         velocities: Their velocities [U_av], shape (beads,).
         by_beta: Derivatives by beta, nan where not known, shape (beads,).
-        alone: Whether they were computed on their own, shape (beads,).
+        alone: Whether each was computed on its own, and not as one of a distant pair, shape (beads,).
         settings: Correlation lengths (3), errors of velocities and of derivatives, over the standard deviation of the
             velocities.
     """
@@ -55,7 +55,7 @@ class SingleBeads:
 
     @property
     def mean(self) -> float:
-        """Mean of the velocities, from which the kriging begins."""
+        """Mean of the velocities, about which the kriging interpolates."""
         return float(self.velocities.mean())
 
     @property
@@ -87,7 +87,7 @@ class SingleBeads:
 
     @cached_property
     def width(self) -> float:
-        """What a standard deviation is multiplied by for a half-width: it holds `COVERED` of those left out."""
+        """Factor from a standard deviation to a half-width, which holds `COVERED` of the beads that are left out."""
         residuals, spreads = self.kriging.left_out()
         return float(np.quantile(np.abs(residuals[:, 0]) / spreads, COVERED))
 

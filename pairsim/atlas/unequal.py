@@ -23,11 +23,11 @@ from pairsim.runtime.errors import InputError
 
 PREFIX = "unequal_"  # of names of arrays in a file
 DIMENSIONS = 5  # beta, De and Ca_e (means), and the two differences
-DIFFERENCES = (3, 4)  # the last ones of these, along which the rest vanishes
-OF_DIAMETERS = 0.1  # unit of the difference of the diameters; that of Ca_e has the largest one of the box
-NEIGHBOURS = 3  # on either side, of which a median is taken
+DIFFERENCES = (3, 4)  # the places of these two, with which the rest vanishes
+OF_DIAMETERS = 0.1  # unit of the difference of the diameters; that of Ca_e is the largest Ca_e of the box
+NEIGHBOURS = 3  # distances on either side over which a median is taken
 ROUNDING = 1e-3  # part of a ratio by which it may be outside, as of numbers with few digits
-POWER_OF_REST = 2.0  # of beta, by which the rest is divided: what a difference of sizes grows with
+POWER_OF_REST = 2.0  # power of beta by which the rest is divided: that with which the effect of a difference grows
 
 
 class Beads(NamedTuple):
@@ -48,7 +48,7 @@ class Beads(NamedTuple):
 
     @property
     def differences(self) -> Array:
-        """Leading less trailing: of the diameters over their mean, and of Ca_e, shape (pairs, 2)."""
+        """Leading minus trailing bead: diameters, over their mean, and Ca_e, shape (pairs, 2)."""
         relative = np.diff(self.betas)[:, 0] / self.betas.mean(axis=1)
         return np.stack([relative, np.diff(self.Ca_es)[:, 0]], axis=1)
 
@@ -58,7 +58,7 @@ class Beads(NamedTuple):
 
     @property
     def numbers(self) -> Array:
-        """All of them, shape (pairs, 5)."""
+        """betas, De and Ca_es, shape (pairs, 5)."""
         return np.concatenate([self.betas, self.De[:, None], self.Ca_es], axis=1)
 
     @property
@@ -99,7 +99,7 @@ class Unequal:
 
     ratios: Mapping[str, Sequence[float]]  # least and largest ones of the "diameters" and "moduli", leading to trailing
     settings: Array  # correlation lengths (DIMENSIONS), errors of values, of derivatives, and of those of equal pairs
-    widths: Array  # what a standard deviation is multiplied by for the half-width of the rest, (distances,)
+    widths: Array  # factors from the standard deviation to the half-width of the rest, (distances,)
     curves: UnequalCurves
     beads: SingleBeads  # beads on their own
 
@@ -152,8 +152,8 @@ class UnequalAtlas:
     def data_of(self, curves: UnequalCurves) -> tuple[Array, Array]:
         """Coordinates of the data of the rest, those of equal pairs first, and the data as of `Kriging.of`.
 
-        What curves have at the largest distance is taken off them: there beads are on their own, and what is the same
-        at all distances in the errors of derivatives goes with it.
+        The values of each curve at its largest distance are subtracted from it: beads are on their own there, and
+        errors of derivatives that are the same at all distances vanish with them.
         """
         equal = self.equal.curves
         same = Beads(equal.places[:, [0, 0]], equal.places[:, 1], equal.places[:, [2, 2]])
@@ -178,7 +178,7 @@ class UnequalAtlas:
 
     @cached_property
     def rest(self) -> Kriging:
-        """What dU over beta ** POWER_OF_REST has beside the first two parts."""
+        """The kriging of the rest over beta ** POWER_OF_REST, the third part of dU."""
         return self.kriging(*self.data_of(self.unequal.curves), self.unequal.settings)
 
     @cached_property
@@ -191,7 +191,7 @@ class UnequalAtlas:
     def velocities(self, beads: Beads) -> tuple[Array, Array]:
         """dU and half-widths of its intervals at the distances of the atlas [U_av], shape (pairs, distances) each.
 
-        Half-widths have the parts of the equal pair between them, of both beads on their own, of the rest, and of the
+        Half-widths combine those of the equal pair between them, of both beads on their own, of the rest, and of the
         unequal curves nearby.
         """
         (between, of_equal), (x, _) = self.equal.velocities(beads.means), self.coordinates(beads)
@@ -223,7 +223,7 @@ class UnequalAtlas:
         return np.asarray(self.slopes(Beads(np.tile(beta, (2, 1)).T, De, np.tile(Ca_e, (2, 1)).T))[3])
 
     def outside(self, betas: Sequence[float], De: float, Ca_es: Sequence[float]) -> list[str]:
-        """What of a pair is outside of the box or of the ratios, in words."""
+        """Which numbers of a pair are outside of the box or of the ratios, in words."""
         said = outside_of(self.equal, betas, De, Ca_es)
         for name, (value,) in beads_of(betas, De, Ca_es).ratios.items():
             low, high = self.unequal.ratios[name]
@@ -236,7 +236,7 @@ class UnequalAtlas:
     def at(self, betas: Sequence[float], De: float, Ca_es: Sequence[float]) -> Interpolated:
         """The curve of a pair, of which beta and Ca_e are those of the trailing and the leading bead.
 
-        Derivatives by beta and Ca_e are those by the largest of both at constant ratios, as of curves.
+        Derivatives by beta and Ca_e are those by the larger one of both beads at constant ratios, as for curves.
 
         Raises:
             InputError: The pair is outside of the box or of the ratios.
@@ -275,7 +275,7 @@ class UnequalAtlas:
 
 
 def _without_outliers(values: Array) -> Array:
-    """Medians of values over neighbouring distances, shape (curves, distances), the values where these are monotonic.
+    """Medians of values over neighbouring distances, shape (curves, distances); monotonic values do not change.
 
     Derivatives by the difference of diameters come from few points of coarse curves, of which some are wrong.
     """
@@ -284,7 +284,7 @@ def _without_outliers(values: Array) -> Array:
 
 
 def outside_of(atlas: Atlas, betas: Sequence[float], De: float, Ca_es: Sequence[float]) -> list[str]:
-    """What of a pair is outside of the box of an atlas, in words."""
+    """Which numbers of a pair are outside of the box of an atlas, in words."""
     pairs = zip(betas, Ca_es, strict=True)
     found = [each for beta, Ca_e in pairs for each in atlas.outside(beta=beta, De=De, Ca_e=Ca_e)]
     return list(dict.fromkeys(found))

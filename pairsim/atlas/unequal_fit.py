@@ -15,8 +15,8 @@ from pairsim.atlas.unequal import POWER_OF_REST, Unequal, UnequalAtlas, UnequalC
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 
-CLOSE = 0.01  # difference of logarithms that makes no difference to what is left out; chosen
-LEAST = 4  # curves from which on half-widths can follow from those left out; chosen
+CLOSE = 0.01  # tolerance of the logarithms of settings, and of what is minimised; chosen
+LEAST = 4  # number of curves from which on half-widths can follow from those left out; chosen
 FIRST = (3.0, 1.0, 3.0, 5.0, 5.0, 3e-3, 5e-2, 0.5)
 """First guess of the settings of `Unequal`."""
 FIRST_OF_BEADS = (4.0, 0.4, 2.0, 1e-5, 3e-2)
@@ -26,9 +26,9 @@ FIRST_OF_BEADS = (4.0, 0.4, 2.0, 1e-5, 3e-2)
 def with_unequal(
     atlas: Atlas, curves: UnequalCurves, singles: tuple[Array, Array], ratios: Mapping[str, Sequence[float]]
 ) -> Atlas:
-    """An atlas with the unequal pairs that follow from some curves.
+    """An atlas to which unequal pairs are added.
 
-    Lengths and errors are those with which unequal curves that are left out are most probable, as of `fit.fit`.
+    Correlation lengths and errors are those that make unequal curves, left out, most probable, as in `fit.fit`.
 
     Args:
         atlas: That of equal pairs.
@@ -37,7 +37,7 @@ def with_unequal(
         ratios: As of `Unequal`.
 
     Raises:
-        InputError: They are too few, or the atlas has no derivatives by the difference of the diameters.
+        InputError: The curves are too few, or the atlas has no derivatives by the difference of the diameters.
     """
     if len(curves.De) < LEAST:
         raise InputError("atlas", "curves", len(curves.De), f"must be at least {LEAST} of unequal pairs")
@@ -46,17 +46,17 @@ def with_unequal(
     beads = _beads(atlas, curves, singles)
     model = UnequalAtlas(atlas, Unequal(ratios, np.array(FIRST), np.ones(len(atlas.d)), curves, beads))
     places, data = model.data_of(curves)
-    inner = data[:, :, :-1]  # at the largest distance there is no rest
+    inner = data[:, :, :-1]  # at the largest distance the rest is zero
     settings = _most_probable(FIRST, lambda those: _left_out(model, places, inner, those))
     widths = widths_by(*_left_out(model, places, data, settings))
     return replace(atlas, unequal=Unequal(ratios, settings, widths, curves, beads))
 
 
 def widths_by(residuals: Array, spreads: Array) -> Array:
-    """Half-widths over standard deviations, (distances,), from curves left out: as of `UnequalAtlas`.
+    """Half-widths over standard deviations, (distances,), from curves left out: the `widths` of `Unequal`.
 
-    Of so few curves the quantile for one more (conformal prediction) is the largest, and is taken at each distance, of
-    the largest ratio there and at its neighbours.
+    With so few curves the quantile for one more (conformal prediction) is the maximum. At each distance it is taken
+    over the largest ratios of the curves there and at its neighbours.
 
     Args:
         residuals: Errors of curves left out, shape (curves, distances).
@@ -69,9 +69,9 @@ def widths_by(residuals: Array, spreads: Array) -> Array:
 
 
 def _beads(atlas: Atlas, curves: UnequalCurves, singles: tuple[Array, Array]) -> SingleBeads:
-    """Single beads, with those of pairs, equal and unequal, at the largest distance."""
+    """Single beads, together with those of equal and unequal pairs at the largest distance."""
     equal, pairs = atlas.curves, curves.beads
-    by_beta = equal.differences[:, -1] / equal.places[:, 0]  # far apart a difference does nothing else
+    by_beta = equal.differences[:, -1] / equal.places[:, 0]  # far apart a difference has no other effect
     places = np.concatenate([equal.places, pairs.alone(0), pairs.alone(1), singles[0]])
     velocities = np.concatenate([equal.others[:, 0, -1], *curves.ends.T, singles[1]])
     slopes = np.concatenate([by_beta, np.full(len(places) - len(by_beta), np.nan)])
@@ -81,9 +81,9 @@ def _beads(atlas: Atlas, curves: UnequalCurves, singles: tuple[Array, Array]) ->
 
 
 def _most_probable(first: Sequence[float], left_out: Callable[[Array], tuple[Array, Array]]) -> Array:
-    """Settings with which what is left out is most probable, from a first guess.
+    """Settings that make the data, left out one place at a time, most probable, from a first guess.
 
-    `left_out` gives residuals, shape (places, functions), and standard deviations, (places,), of settings.
+    `left_out` returns residuals, shape (places, functions), and standard deviations, (places,), for some settings.
     """
 
     def badness(logs: Array) -> float:
@@ -103,7 +103,7 @@ def _most_probable(first: Sequence[float], left_out: Callable[[Array], tuple[Arr
 
 
 def left_out(atlas: UnequalAtlas) -> Array:
-    """Error of the atlas without an unequal curve for that curve, over its peak, shape (curves, distances)."""
+    """Errors of the atlas for each unequal curve, without this curve, over its peak, shape (curves, distances)."""
     curves = atlas.unequal.curves
     residuals, _ = _left_out(atlas, *atlas.data_of(curves), atlas.unequal.settings)
     size = curves.betas.mean(axis=1)[:, None] ** POWER_OF_REST
@@ -111,6 +111,6 @@ def left_out(atlas: UnequalAtlas) -> Array:
 
 
 def _left_out(model: UnequalAtlas, places: Array, data: Array, settings: Array) -> tuple[Array, Array]:
-    """Residuals of the rest of unequal curves without themselves, (curves, distances), and deviations, (curves,)."""
+    """Residuals of the rest of unequal curves left out, (curves, distances), and standard deviations, (curves,)."""
     count = len(model.equal.curves.places)
     return model.kriging(places, data, settings).left_out(range(count, len(places)))
