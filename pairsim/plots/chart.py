@@ -1,7 +1,7 @@
-"""A chart: the table of what is drawn, and the one way to draw its lines, points, bands, panels and legends.
+"""Charts: what is drawn, as a table, and how its lines, points, bands, panels and legends are drawn.
 
-A row of the table is a value: x, y, the half-widths of their intervals, and the parameters of its case. The rows of a
-line are together, as arrays.
+A row of the table is one value: x, y, the half-widths of their intervals, and the parameters of its case. The rows of a
+line are held together, as the arrays of a `Line`.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ from pairsim.record.column import Column
 from pairsim.record.columns import TAYLOR, F
 from pairsim.runtime.arrays import Array
 
-BAND, TOGETHER = 0.22, 6  # opacity of a band; so many bands over each other are still told apart
-LIGHTER = 0.55  # opacity of the band by the inputs, over that of the error
+BAND, TOGETHER = 0.22, 6  # opacity of a band, and the number of bands over each other up to which it is kept
+LIGHTER = 0.55  # opacity of the band due to the inputs, over that of the error
 START_UP = "0.88"  # grey of the part in which a run starts up
-LEAST = 0.02, 2e-6  # what an axis spans at least: a part of its largest value, and a number
-LEAST_RATIO = 4.0  # the same of a logarithmic axis, its largest over its least value
-BRIEF = 0.01  # part of the time in which values do not set the axis
-BEYOND = 0.35  # part of the range of the others up to which they are seen nevertheless
+LEAST = 0.02, 2e-6  # least span of an axis: a part of its largest value, and an absolute one
+LEAST_RATIO = 4.0  # least ratio of the ends of a logarithmic axis
+BRIEF = 0.01  # part of the time whose extreme values do not set the axis
+BEYOND = 0.35  # part of the range of the other values by which the axis extends beyond it
 LETTER = 0.5  # width of a letter, in sizes of the font
 MARKUP = re.compile(r"\\mathrm|[\\${}_]")  # what TeX does not print
 POINT, STABLE, UNSTABLE, FAILED = "point", "stable zero", "unstable zero", "failed here"
@@ -62,15 +62,15 @@ class Line:
     x: Array  # (n,)
     y: Array  # (n,)
     error: Array | None = None  # half-widths of y, (n,): a band around a line, bars at points
-    x_error: Array | None = None  # the same of x
-    inputs: Array | None = None  # half-widths of y by those of the inputs, (n,): a lighter band around a line
-    columns: tuple[Column, Column] | None = None  # the columns that x and y are of, if they are of a table
+    x_error: Array | None = None  # the same for x
+    inputs: Array | None = None  # half-widths of y due to those of the inputs, (n,): a lighter band around a line
+    columns: tuple[Column, Column] | None = None  # those of x and y, if they come from a table
     parameters: Parameters = NO_PARAMETERS  # of its case; they choose how it looks, and its panel
-    look: Look = field(default_factory=Look)  # what is otherwise
+    look: Look = field(default_factory=Look)  # properties that have precedence over those by the parameters
     mark: str = ""  # one of `MARKS`, or `POINT` for points without an entry in the legend; "" for a line
     label: str = ""  # its entry in the legend of the panel, or above a single one; "" for none
     marked: Sequence[int] = ()  # rows of a line that have a marker
-    t: Array | None = None  # times of the rows, (n,), where a brief start-up may reach out of the panel
+    t: Array | None = None  # times of the rows, (n,), if a brief start-up may be cut off; else None
 
     def range(self, *, bars: bool) -> Array:
         """The values of y and, with `bars`, the known ends of their intervals."""
@@ -104,8 +104,8 @@ class Panel:
     logarithmic: bool = False  # whether both are in any case
     shared: bool = True  # whether the panels of all values of a parameter have the same ranges
     margins: tuple[float, float] = (0.05, 0.05)  # part of the range around what is drawn, along x and y
-    shade: tuple[float, float] | None = None  # from and to where it is grey, along x
-    bars: bool = True  # whether bars set the range, and not points alone
+    shade: tuple[float, float] | None = None  # interval along x that is grey
+    bars: bool = True  # whether the range holds error bars, too, and not points alone
     above: tuple[str, Array, Array] | None = None  # second scale along x: label, places, values there, ascending, (n,)
 
 
@@ -127,7 +127,7 @@ def draw_chart(
         parts: The parameters in the small print.
         encoding: Which parameters choose colours, styles and panels.
         handles: Further entries of the legend, beside those of the encoding, of bands and of marks.
-        bands: What bands are called in it.
+        bands: Name of the bands in the legend.
     """
     encoding = encoding or Encoding()
     places = [(i, name) for i in range(len(encoding.titles)) for name in panels]
@@ -177,7 +177,7 @@ def _with_look(series: Line, encoding: Encoding) -> Line:
 
 
 def _draw_panel(axis: Axes, panel: Panel, inside: Sequence[Line], group: Sequence[Line]) -> bool:
-    """Draw what lies in a panel, on axes for a group of them; returns whether a start-up reaches out of it."""
+    """Draw the lines inside a panel, on axes that fit the lines of a group; returns whether a start-up is cut off."""
     axis.margins(*panel.margins)
     if panel.shade is not None:
         axis.axvspan(*panel.shade, color=START_UP, linewidth=0, zorder=0.1)
@@ -206,7 +206,7 @@ def _draw_panel(axis: Axes, panel: Panel, inside: Sequence[Line], group: Sequenc
 
 
 def draw_series(axis: Axes, series: Line, band: float = BAND) -> None:
-    """A line with its band, of this opacity, or points with their bars."""
+    """Draw a line with its band, whose opacity is `band`, or points with their bars."""
     if series.mark or len(series.x) == 1:
         of_mark: Look = MARKS.get(series.mark, {"markersize": 3})
         look: Look = {"marker": "o", "linestyle": "", "elinewidth": 0.8, "zorder": 5, **of_mark, **series.look}
@@ -221,7 +221,7 @@ def draw_series(axis: Axes, series: Line, band: float = BAND) -> None:
 
 def fill(axis: Axes, x: Array, y: Array, error: Array, colour: Any, band: float = BAND) -> None:
     """The band of half-width `error` around a line."""
-    error = np.where(np.isfinite(error), error, np.nan)  # between two points alone nothing is known
+    error = np.where(np.isfinite(error), error, np.nan)  # with two points alone nothing is known between them
     axis.fill_between(x, y - error, y + error, color=colour, alpha=band, linewidth=0)
 
 
@@ -260,7 +260,7 @@ def _widen(axis: Axes, name: str, values: Sequence[Array]) -> None:
 
 
 def finish(axis: Axes, x: str, y: str, values: Sequence[Array]) -> None:
-    """Labels, few ticks, the line y = 0 where values change sign, and a range that does not blow rounding up."""
+    """Set labels, few ticks, the line y = 0 where values change sign, and a range that does not magnify rounding."""
     _widen(axis, "y", values)
     if any((v < 0).any() for v in values) and any((v > 0).any() for v in values):
         axis.axhline(0, color="0.55", linewidth=0.6, linestyle="-", zorder=0.5)
@@ -273,7 +273,7 @@ def finish(axis: Axes, x: str, y: str, values: Sequence[Array]) -> None:
 def leave_out_spikes(axis: Axes, runs: Sequence[tuple[Array, Array]]) -> bool:
     """End an axis a little beyond the values of nearly all times, so that a brief start-up does not set its range.
 
-    Runs have times and values of each line. Returns whether a line reaches out of it.
+    Runs have times and values of each line. Returns whether a line is cut off.
     """
     known = [np.interp(np.linspace(t[0], t[-1], 1000), t, values) for t, values in runs]
     lows, highs = np.quantile(known, [BRIEF, 1 - BRIEF], axis=1)
@@ -287,7 +287,7 @@ def leave_out_spikes(axis: Axes, runs: Sequence[tuple[Array, Array]]) -> bool:
 
 
 def small_print(figure: Figure, parts: Sequence[str]) -> None:
-    """What holds for the whole picture, in small letters below it, in as many lines as it takes."""
+    """Write what holds for the whole picture in small letters below it, in as many lines as it takes."""
     lines: list[list[str]] = [[]]
     room = left = figure.get_figwidth() * 72 / (LETTER * SMALL)
     for part in parts:

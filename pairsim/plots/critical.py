@@ -51,11 +51,11 @@ def draw_critical(directory: Path, out: Path, page: Page) -> list[Path]:
 
 
 def _branches(table: Table, number: Column) -> Iterator[Line]:
-    """The branches of critical distances over the number that was followed, a line for each two neighbours."""
+    """The branches of critical distances over the number that was followed, a line for each pair of neighbours."""
     kinds, branches, stable = table[KIND], table[BRANCH], table[STABLE]
     for first, second in itertools.pairwise(range(table.rows)):
         if branches[first] == branches[second]:
-            end = second if kinds[first] == "vanishes" else first  # what vanishes is neither: the other end tells
+            end = second if kinds[first] == "vanishes" else first  # an end that vanishes is neither: the other tells
             x, y = (table[column][[first, second]] for column in (number, D_CR))
             yield Line(0, x, y, look={"linestyle": "-" if stable[end] else "--"})
 

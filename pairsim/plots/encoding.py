@@ -1,4 +1,4 @@
-"""Which parameter the colour of a line shows, which its style, which the panel that it lies in."""
+"""Which parameter is shown by the colour of a line, which by its style, and which by the panel that it lies in."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from pairsim.plots.style import COLOURS, LINES, MARKERS, ORDERED, WIDE, Look, co
 from pairsim.runtime.errors import Argument, InputError
 
 MOST_PANELS = 6
-MOST_LINES = 12  # in one panel, where another key may have panels
+MOST_LINES = 12  # in one panel, if another key can have panels instead
 
 
 def check_group(group: str | None, keys: Sequence[str]) -> None:
@@ -33,19 +33,19 @@ def check_group(group: str | None, keys: Sequence[str]) -> None:
 
 @dataclass(frozen=True)
 class Encoding:
-    """How the values of parameters are distinguished; a key of "" stands for nothing."""
+    """How the values of parameters are distinguished; an empty key means that none is shown in this way."""
 
     colour: str = ""  # key that the colour shows
     line: str = ""  # key that line style and marker show
     panel: str = ""  # key whose values have panels of their own
     values: Mapping[str, tuple[Hashable, ...]] = field(default_factory=dict)  # of each key, ascending or in order
-    untold: tuple[str, ...] = ()  # keys that vary and are not distinguished, as there are too many
+    untold: tuple[str, ...] = ()  # keys that vary but are not distinguished, as there are too many
 
     @staticmethod
     def of(cases: Sequence[Parameters], keys: Sequence[str], group: str | None = None) -> Encoding:
         """Assign colours, styles and panels to keys that vary; colours show `group`, or else the key with most values.
 
-        Where lines would be many in one panel, the next one has panels, else styles.
+        The next key has styles or, where one panel would have too many lines, panels.
 
         Raises:
             InputError: `group` does not vary.
@@ -63,7 +63,7 @@ class Encoding:
 
     @cached_property
     def _scale(self) -> tuple[list[float], str, ScalarMappable] | None:
-        """Places of the values on a scale of colours, their unit, and the scale, where a legend would be too long."""
+        """Places of the values on a scale of colours, their unit, and the scale; None where a legend is used."""
         values = self.values.get(self.colour, ())
         if len(values) <= len(COLOURS):
             return None
@@ -72,7 +72,7 @@ class Encoding:
         return numbers, unit, ScalarMappable((LogNorm if wide else Normalize)(min(numbers), max(numbers)), ORDERED)
 
     def place(self, key: str, case: Parameters) -> int:
-        """Number of the value of a key, such as `panel`, in a case."""
+        """Index of the value that a case has of a key, such as `panel`; 0 for an empty key."""
         return self.values[key].index(case.get(key)) if key else 0
 
     def look(self, case: Parameters) -> Look:
@@ -102,7 +102,7 @@ class Encoding:
         return [Line2D([], [], label=label, **look) for label, look in looks]
 
     def bar(self, figure: Figure, axes: list[Axes]) -> None:
-        """A colour bar where a legend would be too long."""
+        """Draw a colour bar where a legend would be too long."""
         if self._scale is not None:
             numbers, unit, scale = self._scale
             label = parameter_label(self.colour, unit) if unit else symbol(self.colour)

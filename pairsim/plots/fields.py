@@ -34,9 +34,9 @@ def draw_fields(
 ) -> list[Path]:
     """Draw `fields`: what particles change in the liquid, and the stress in them; or the fields that were asked for.
 
-    Of a run the first and the last time, of a curve some of all distances; if it is animated, a GIF of all. For
-    `field`, names of `FIELDS` separated by commas or "all", there is `field-NAME` of each in place of `fields`. No file
-    is written where there are no fields and none are asked for.
+    Of a run the first and the last time are drawn, of a curve some of the distances; an animation is a GIF of all. With
+    `field`, names of `FIELDS` separated by commas or "all", the picture `field-NAME` of each takes the place of
+    `fields`. No file is written where there are no fields and none are asked for.
 
     Raises:
         InputError: A field is asked for that is unknown or not there, or an animation of fewer than two frames.
@@ -72,7 +72,7 @@ def draw_fields(
 
 
 def _parts(directory: Path, drawn: Sequence[float], curve: bool, physical: bool) -> list[str]:
-    """The parameters of the case, or of the last solution on the way to it where one of the frames drawn is that."""
+    """The parameters of the case, or of the last solution on the way to it if that is one of the frames drawn."""
     case = read_case(directory / "case.yaml")
     last = read_table(directory / WAY, WAY_COLUMNS, missing_ok=True).where(slice(-1, None))
     d = min((float(each[0]) for each in last.each(DISTANCE).values() if len(each)), default=np.nan)
@@ -92,9 +92,9 @@ def _pictures(directory: Path, views: Sequence[View], units: Units, field: str |
 
 
 def _motion(views: Sequence[View], units: Units) -> list[Layer]:
-    """What the particles do to the liquid, and the axial elastic stress in soft ones; without particles the velocity.
+    """What the particles change in the liquid, and the axial elastic stress in soft ones; without any, the velocity.
 
-    Above the axis the disturbance of the velocity, below it that of the polymer's stress, or else of the pressure.
+    The disturbance of the velocity is above the axis, that of the polymer's stress, or else of the pressure, below it.
     """
     frame = views[-1].frame
     if not views[-1].particles:

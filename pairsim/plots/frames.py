@@ -20,13 +20,13 @@ from pairsim.runtime.errors import Argument, InputError
 SAME_END = 1e-9  # z of nodes at an end of the tube [D_c]
 EDGES = [(0, 1, 3), (1, 2, 4), (2, 0, 5)]  # corners and mid-node of the edges of a cell (VTK's order)
 ON_AXIS = 1e-8
-PIECES = 6  # straight ones that an edge of a cell is drawn as
+PIECES = 6  # number of straight pieces as which an edge of a cell is drawn
 
 
 def surface_nodes(frame: FieldFrame) -> list[Indices]:
     """The nodes of the liquid's cells on each particle, corners and mid-nodes in turn, (2k + 1,), from upstream.
 
-    They are read off the liquid, so that rigid particles, which have no cells, have them too.
+    They are taken from the cells of the liquid, as rigid particles have no cells of their own.
     """
     cells, (z, r) = frame.cells[frame.region == 0], frame.points.T
     edges = np.vstack([cells[:, edge] for edge in EDGES])
@@ -34,7 +34,7 @@ def surface_nodes(frame: FieldFrame) -> list[Indices]:
     edges = edges[first[count == 1]]
     edges = edges[(r[edges] > ON_AXIS).any(axis=1)]
     a, b, middle = edges.T
-    # Halves of edges: the surface of a particle is a path of them from pole to pole, as wall and ends are one.
+    # Halves of edges form paths: the surface of each particle from pole to pole, and wall and ends of the tube in one.
     halves, n = (np.concatenate([a, middle]), np.concatenate([middle, b])), len(r)
     graph = coo_array((np.ones(2 * len(edges)), halves), shape=(n, n)).tocsr()
     poles = np.flatnonzero(np.bincount(np.concatenate(halves), minlength=n) == 1)
@@ -62,11 +62,11 @@ class Field:
     unit: Kind  # its unit in fields.xdmf
     values: Callable[[FieldFrame], Array]  # at the nodes (n,), from a frame
     liquid: str  # the field of fields.xdmf without which the liquid stays blank
-    solid: str = ""  # the same of the particles; "": they have no such field
+    solid: str = ""  # likewise for the particles; "" if they have no such field
     diverging: bool = True  # whether colours are centred on zero
 
     def there(self, frame: FieldFrame) -> bool:
-        """Whether a frame has what it is made of, in the liquid or in the particles."""
+        """Whether a frame has the data for it, in the liquid or in the particles."""
         return self.liquid in frame.point_data or self.solid in frame.point_data
 
 
@@ -100,7 +100,7 @@ def _stored(name: str) -> Callable[[FieldFrame], Array]:
 
 
 def _of_law(name: str, field: LawField) -> Field:
-    """A field that a law adds, around its level and up to twice that where it has one."""
+    """A field that a law adds; if it has a level, its difference from this, with values cut off at twice the level."""
     if (level := field.level) is None:
         return Field(field.symbol, PURE, _stored(name), name, diverging=False)
     return Field(f"{field.symbol} - {level:g}", PURE, lambda f: np.minimum(f.point_data[name], 2 * level) - level, name)
@@ -124,7 +124,7 @@ FIELDS: dict[str, Field] = {
 
 
 def chosen_fields(words: str, frame: FieldFrame, where: str) -> list[str]:
-    """Names of fields, separated by commas; "all": those that a frame has, whose file `where` is named in messages.
+    """The names of fields in words separated by commas, or "all" for those that a frame has; messages name its file.
 
     Raises:
         InputError: A name is unknown, or the frame does not have that field.

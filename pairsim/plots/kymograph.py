@@ -1,4 +1,4 @@
-"""Beads on their way along a tube: the positions of each beside the middle of all."""
+"""Beads on their way along a tube: the position of each relative to the mean of all."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from pairsim.record.table import Table
 
 
 def kymograph(units: Units, beads: Table, way: Column) -> tuple[dict[str, Panel], list[Line]]:
-    """The panel and a line for each bead, over the position of all and over the time above.
+    """The panel, and a line for each bead, over the mean position of all, with a scale of times above.
 
     Args:
         units: The units of the picture.
         beads: A table with the positions of the beads and times, in these units.
-        way: The column of the position of all.
+        way: The column of the mean position of all.
     """
     places = list(beads.each(Z).values())
     middle = np.mean(places, axis=0)

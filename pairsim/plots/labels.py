@@ -34,18 +34,18 @@ def tex_number(value: float) -> str:
 
 
 def _declared(key: str) -> Key:
-    """The declaration of a key; that of its group for one that its model does not know."""
+    """The declaration of a key; for one that no model knows, that of its group."""
     known = known_keys()
     return known.get(key) or known.get(key.partition(".")[0]) or Key(part=Part.PROBLEM)
 
 
 def _of_captions() -> list[Key]:
-    """The keys of the problem: where cases differ in them is looked for first, and never passed over in silence."""
+    """The keys of captions, in their order: cases are compared by these first, and a difference is always named."""
     return sorted((key for key in known_keys().values() if key.caption), key=lambda key: key.caption)
 
 
 def symbol(key: str) -> str:
-    """A parameter on an axis or in a legend; one of an experiment without a symbol goes without its block's name."""
+    """A parameter on an axis or in a legend; a quantity without a symbol is named without its block."""
     if name := _symbol(key):
         return f"${name}$"
     return plain_text(key.removeprefix(f"{BLOCK}.").replace("_", " ") if key.startswith(BLOCK) else key)
@@ -87,7 +87,7 @@ def _quantity(value: object) -> str:
 
 
 def _given_by(case: ShownCase) -> set[str]:
-    """The keys of captions that the `physical` block of a case gives; De of a Newtonian one, too."""
+    """The keys of captions that follow from the `physical` block of a case; De of a Newtonian one, too."""
     of_laws = [each.key for each in case.laws.declared()]
     known = {*given_by(case.content, [*(key.name for key in _of_captions()), *of_laws])}
     return known | ({"De"} if case.quantities and not case.De else set())
@@ -97,7 +97,7 @@ def case_parts(case: ShownCase, leave_out: Collection[str] = (), physical: bool 
     """The parameters of a case: blockage, distance, softness, liquid with its law and numbers.
 
     Keys to leave out vary, or are not fixed for another reason. If `physical`, quantities of the block take the place
-    of the numbers that they give.
+    of the numbers that follow from them.
     """
     block = case.quantities if physical else {}
     told = [key for key in block if _in_captions(key, case) and f"{BLOCK}.{key}" not in leave_out]
@@ -141,7 +141,7 @@ def _parts_of_liquid(case: ShownCase, elastic: bool, left_out: Collection[str]) 
     parts = [] if thinning else _numbers(case, ["De"], left_out)
     if not (thinning or (elastic and "liquid" in case.content)):
         return parts
-    several = bool(law.parts)  # with too many numbers for a caption, but Bn
+    several = bool(law.parts)  # with too many numbers for a caption, except Bn
     if "liquid" not in left_out:
         parts.append(case.liquid_at(De=1.0).label if several else shown(law.name))
     parts += _numbers(case, ["xi"], left_out) if elastic else []
@@ -157,7 +157,7 @@ def _parts_of_solids(case: ShownCase, left_out: Collection[str]) -> list[str]:
 
 
 def _in_captions(key: str, case: ShownCase) -> bool:
-    """Whether a quantity is in captions of a case: not if it gives what is seen, such as the distances of a curve."""
+    """Whether a quantity is in captions of a case: not if the picture shows it, such as the distances of a curve."""
     of = QUANTITIES.get(key)
     return of is None or (
         of.in_captions and not any(name in case.content and not _tells_apart(name) for name in of.gives)
@@ -165,7 +165,7 @@ def _in_captions(key: str, case: ShownCase) -> bool:
 
 
 def parts_along(case: ShownCase, name: str, physical: bool) -> list[str]:
-    """The parameters of a case, see `case_parts`, but for the one on the axis and the quantity that gives it."""
+    """The parameters of a case, see `case_parts`, without the one on the axis and the quantity that gives it."""
     able = [each.quantity.key for each in follows_in(case.laws) if name in each.keys]
     return case_parts(case, {name, *(f"{BLOCK}.{key}" for key in able)}, physical)
 
@@ -180,7 +180,7 @@ def varying_keys(cases: Sequence[Parameters], names: Sequence[str] = (), first: 
     """The keys that tell cases apart: each one tells some apart that those before it do not.
 
     The liquid is therefore not among them where De distinguishes the same cases, nor is a mesh that was chosen for it.
-    Distances of a curve are never: the picture shows them.
+    Distances of a curve never are: the picture shows them.
 
     Args:
         cases: The cases.

@@ -22,7 +22,7 @@ from pairsim.runtime.arrays import Array
 
 FINE = 400  # points of a smooth line
 MOTION = (DU, U, DP)
-"""What tells best how particles move: relative velocities, that of a single one, or the pressure drop without any."""
+"""What shows best how particles move: relative velocities, the velocity of a single one, or else the pressure drop."""
 
 
 def fine_distances(points: Array) -> Array:
@@ -34,10 +34,10 @@ def fine_distances(points: Array) -> Array:
 def lines_of(
     directory: Path, units: Units, parameters: Parameters = NO_PARAMETERS, *, curve: bool, failed: bool = False
 ) -> list[Line]:
-    """What can be drawn of the folder of a run or a curve; nothing before the first row.
+    """The lines of a run or a curve, from its folder; none before the first row.
 
-    The parameters are those of its case; `gap` counts the gaps of three particles or more. If it failed, a cross ends
-    its lines.
+    The parameters are those of its case; with three particles or more `gap`, the number of the gap, is added to them.
+    If the computation failed, a cross ends its lines.
 
     Raises:
         InputError: The table cannot be read.
@@ -52,8 +52,8 @@ def run_lines(
 ) -> list[Line]:
     """Distances, motion and D of a run over time, and relative velocities over distance; nothing before the first step.
 
-    With `places` the positions of the particles, relative to their mean, are drawn, too, and with `flow` one that
-    varies, above what it does; for the rest see `lines_of`.
+    With `places` the positions of the particles, relative to their mean, are drawn, too, and with `flow` a flow rate
+    that varies, above the motion; for the rest see `lines_of`.
     """
     table = series.table
     if not table.rows:
@@ -80,10 +80,11 @@ def run_lines(
 
 
 def curve_lines(curve: Curve, parameters: Parameters, *, failed: bool = False) -> list[Line]:
-    """dU of a curve over d with its points and its zeros, and D; nothing over distances that differ from gap to gap.
+    """dU of a curve over d with its points and its zeros, and D.
 
-    Nor is there anything before the first point. Of particles that are moved there are the forces alone. A single curve
-    has the half-widths by its inputs, too; for the rest see `lines_of`.
+    There are no lines before the first point, or where distances differ from gap to gap. Where particles are moved,
+    there are the forces alone. A curve that is drawn alone has the half-widths due to its inputs, too; for the rest see
+    `lines_of`.
     """
     gaps, table = curve.gaps, curve.table
     if not table.rows or not gaps or (table.known(SLOPE, gaps[0]) is None and table.known(DU_HALF, gaps[0]) is None):
@@ -143,7 +144,7 @@ def _of_each(endings: Sequence[str], parameters: Parameters) -> list[tuple[str, 
 
 
 def told_apart(lines: Sequence[Line]) -> list[Line]:
-    """The series of a single table: the columns in a panel differ in colour and style, and are named in its legend."""
+    """The lines of a single table, so that the columns in a panel differ in colour and style, and are in its legend."""
     found = []
     for panel in dict.fromkeys(each.panel for each in lines):
         inside = [(each, columns) for each in lines if each.panel == panel and (columns := each.columns) is not None]
@@ -164,7 +165,7 @@ def told_apart(lines: Sequence[Line]) -> list[Line]:
 
 
 def panels_of(lines: Sequence[Line], units: Units, wide: str = "") -> dict[Any, Panel]:
-    """The panels of lines; distances of runs, which move little beside what their starts differ by, share no range."""
+    """The panels of lines; those of distances in runs share no range, as these change less than their starts differ."""
     panels = {}
     for panel in dict.fromkeys(each.panel for each in lines):
         both = zip(*(each.columns for each in lines if each.panel == panel and each.columns is not None), strict=True)

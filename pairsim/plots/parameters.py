@@ -17,12 +17,12 @@ from pairsim.runtime.text import printable
 
 
 def plain_text(text: str) -> str:
-    """Text that matplotlib can draw and shall not read as TeX."""
+    """Text that matplotlib can draw, and does not read as TeX."""
     return printable(text).replace("$", r"\$")
 
 
 def shown(value: object) -> str:
-    """A value of a parameter; a list of equal entries is one of them."""
+    """A value of a parameter as text; a list of equal entries is shown as one of them."""
     if isinstance(value, list | tuple):
         entries = list(value)
         return shown(entries[0]) if len(set(map(str, entries))) == 1 else ", ".join(map(shown, entries))
@@ -52,9 +52,9 @@ def measured(values: Sequence[object]) -> tuple[list[float], str] | None:
 
 
 class Parameters(Mapping[str, Hashable]):
-    """Values of keys of a case by their dotted names, which say what is drawn of it, in what colour and where.
+    """Values of keys of a case by their dotted names, by which colours, styles and panels of its lines are chosen.
 
-    They can be compared and counted: those of lists are tuples. Keys that a case does not have are None by `get`.
+    They are hashable: lists become tuples. By `get` a key that the case does not have is None.
     """
 
     def __init__(self, values: Mapping[str, object] | None = None) -> None:

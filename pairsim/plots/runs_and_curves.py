@@ -27,14 +27,14 @@ from pairsim.record.folder import SERIES, WAY, kind_of
 from pairsim.runtime.errors import InputError
 
 FOLDER, DIFFERENCES = "folder", "differences"
-ALIKE = 0.05  # lines whose differences are below this part of their range lie on each other
+ALIKE = 0.05  # lines whose differences are below this part of their range count as lying on each other
 
 
 @printing()
 def draw_run(directory: Path, out: Path, page: Page) -> list[Path]:
     """Draw `series`: distances, relative velocities and D over time, and dU over d.
 
-    Without a gap, velocities or the pressure drop, and D. The part in which the run starts up is marked.
+    Without a gap there are velocities, or the pressure drop, and D. The part in which the run starts up is grey.
 
     Raises:
         InputError: The folder is not that of a run, or holds no row yet.
@@ -66,8 +66,8 @@ def draw_run(directory: Path, out: Path, page: Page) -> list[Path]:
 def draw_curve(directory: Path, out: Path, page: Page) -> list[Path]:
     """Draw `curve`: dU over d with its error as a band and its zeros, and D of the particles.
 
-    No file is written for a single particle, places that differ in their gaps, or a branch that ends before the first
-    point.
+    No file is written for a single particle, for points whose gaps differ from each other, or for a branch that ends
+    before the first point.
 
     Raises:
         InputError: The folder is not that of a curve, or holds no point yet.
@@ -88,8 +88,8 @@ def draw_curve(directory: Path, out: Path, page: Page) -> list[Path]:
 def overlay(folders: Sequence[Path], out: Path, page: Page, group: str | None = None) -> list[Path]:
     """Draw `runs` or `curves`: dU of all folders in the same panels; what differs is in the legend.
 
-    The key `group` chooses colours, any that differs, also a quantity such as physical.flow_rate; by default the first
-    of those that tell the cases apart.
+    The key `group` chooses colours: any that differs, also a quantity such as physical.flow_rate; by default the one
+    with most values of those that tell the cases apart.
 
     Raises:
         InputError: A folder is of another kind, or has nothing to draw yet.
@@ -123,9 +123,9 @@ def overlay(folders: Sequence[Path], out: Path, page: Page, group: str | None = 
 
 
 def _first(differ: Sequence[str], group: str | None) -> list[str]:
-    """Of the keys in which cases differ those by which they are told apart before all others: one that is asked for.
+    """The keys by which cases are told apart before all others: `group`, if it is among those that differ.
 
-    After a quantity of an experiment come other ones, before the numbers that follow from them.
+    If it is a quantity of an experiment, the other quantities follow, before the numbers that follow from them.
     """
     if group is None or group not in differ:
         return []
@@ -146,8 +146,8 @@ def draw_overlay(
 ) -> list[Path]:
     """Draw lines whose cases differ in some keys: those of runs over time and distance, those of curves over distance.
 
-    They are as `lines_of` makes them, at least one, and have `parts` in common. Where they lie on each other, a panel
-    more has their differences to the first one. The key `group` chooses colours.
+    Lines are as `lines_of` makes them, at least one, and their cases have `parts` in common. Where they lie on each
+    other, one more panel has their differences from one of them. The key `group` chooses colours.
 
     Raises:
         InputError: `group` does not differ.
@@ -175,9 +175,9 @@ def draw_overlay(
 def _differences(
     lines: Sequence[Line], encoding: Encoding, units: Units, keys: Sequence[str]
 ) -> tuple[Panel, list[Line]] | None:
-    """Differences of lines from one whose case has another value of one key alone, with both half-widths.
+    """Differences of lines from a reference, whose case differs in one key alone, with the sum of both half-widths.
 
-    They are drawn where the lines themselves would lie on each other.
+    They are the panel and the lines; None where the lines themselves do not lie on each other.
     """
     key = encoding.line or encoding.colour
     if key in ("", "gap"):

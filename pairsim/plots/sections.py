@@ -30,7 +30,7 @@ from pairsim.runtime.arrays import Array, Indices
 
 PIECES = [(0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)]
 """The straight triangles between the nodes of a cell (VTK's order)."""
-LEAST_HALF = 1.5  # half the length of tube that is seen over its radius, at least
+LEAST_HALF = 1.5  # half the length of tube that is shown, over its radius, at least
 OUTLIERS = 0.995  # part of the values that a scale covers: stresses peak at the poles
 STEEP = 30.0  # ratio of the values of a positive field from which its scale is logarithmic
 GRID = 361, 91  # points along the tube and across half of it, for streamlines
@@ -42,7 +42,7 @@ BAR, LABELS, TITLE, PRINT = 2.5, 9.5, 10.0, 5.0
 
 @dataclass(frozen=True)
 class View:
-    """What is seen of one frame."""
+    """The part of one frame that is drawn."""
 
     frame: FieldFrame  # the frame, with coordinates in the unit that is drawn
     window: tuple[float, float, float, float]  # z from and to, r from and to
@@ -69,10 +69,10 @@ class Layer:
     solid: bool  # whether it is drawn in the particles
     diverging: bool  # whether colours are centred on zero
     lines: bool = False  # whether streamlines are drawn over it
-    sides: tuple[int, ...] = (1, -1)  # whether it is drawn above the axis (1), below it (-1), or on both sides
+    sides: tuple[int, ...] = (1, -1)  # where it is drawn: above the axis (1), below it (-1), or on both sides
 
     def cells(self, view: View) -> Iterator[tuple[bool, Indices]]:
-        """The cells of a view where it is drawn, those of particles apart, each with whether they are these."""
+        """The cells of a view in which it is drawn: for each phase, whether it is the particles, and its cells."""
         z = view.frame.points[view.frame.cells, 0]
         seen = (z.max(axis=1) > view.window[0]) & (z.min(axis=1) < view.window[1])
         for solid, drawn in ((False, self.liquid), (True, self.solid)):
@@ -82,7 +82,7 @@ class Layer:
 
 
 def views_of(frames: Sequence[FieldFrame], units: Units, curve: bool) -> list[View]:
-    """Windows of one length, each centred on the particles of its frame, which is one of a curve or of a run."""
+    """Views of frames of a curve or a run, in windows of the same length, each centred on the particles."""
     symbol, of = ("d", LENGTH) if curve else ("t", TIME)
     views = []
     for each in frames:
@@ -123,7 +123,7 @@ def scale_of(layer: Layer, views: Sequence[View]) -> ScalarMappable:
 
 
 def draw_view(axis: Axes, view: View, place: int, layers: Sequence[tuple[Layer, ScalarMappable]]) -> None:
-    """One view, that at a place of the layers: colours are interpolated; particles without colours are grey."""
+    """Draw one view, with the index `place` in the layers; particles without colours are grey."""
     z, r = view.frame.points.T
     line: Look = {"color": "black", "linestyle": "-"}
     coloured = False
@@ -153,7 +153,7 @@ def draw_view(axis: Axes, view: View, place: int, layers: Sequence[tuple[Layer, 
 
 
 def mark_view(axis: Axes, view: View) -> None:
-    """A title, which way the liquid flows, which particle is which: T, L of a pair, else numbers from upstream."""
+    """Add a title, the direction of the flow, and names of particles: T, L of a pair, else numbers from upstream."""
     axis.set_title(view.title)
     outlined, corner = [withStroke(linewidth=1.6, foreground="white")], axis.transAxes
     flow = r"flow $\rightarrow$"
@@ -181,7 +181,7 @@ def _streamlines(axis: Axes, view: View) -> None:
     """Contours of the stream function psi, d psi/dr = r (u_z - U), in the frame of the particles."""
     points, first = np.unique(view.frame.points.round(9), axis=0, return_index=True)
     z, r = np.linspace(*view.window[:2], GRID[0]), np.linspace(0, view.wall, GRID[1])
-    # The velocity is continuous, and that of a rigid particle the same all along its surface: cells are not needed.
+    # The velocity is continuous, and that of a rigid particle is the same all over its surface: cells are not needed.
     velocity = LinearNDInterpolator(points, axial_velocity(view.frame)[first] - particle_velocity(view.frame))
     grid = np.meshgrid(z, r)
     psi = cumulative_trapezoid(np.nan_to_num(velocity(*grid)) * r[:, None], r, axis=0, initial=0)
@@ -190,7 +190,7 @@ def _streamlines(axis: Axes, view: View) -> None:
     for outline in view.particles:
         inside |= Outline(outline).contains_points(places)
     inside = inside.reshape(psi.shape)
-    # Particles that approach each other move in this frame: lines that close to a surface would end on it.
+    # Particles that approach each other move in this frame: lines with smaller |psi| would end on their surfaces.
     near = float(np.abs(psi[inside]).max(initial=0.0))
     low, high = min(float(psi.min()), 0.0), max(float(psi.max()), 0.0)
     slow, fast = (np.linspace(0, 1, count + 1)[1:-1] for count in (OUTWARD, INWARD))

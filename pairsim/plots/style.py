@@ -42,7 +42,7 @@ GREY = "0.72"
 
 
 class Look(TypedDict, total=False):
-    """How a line or points look, by the names of matplotlib; what it does not say is as in the style."""
+    """Properties of a line or of points, by their names in matplotlib; others are those of the style."""
 
     color: ColorType
     linestyle: LineStyleType
@@ -66,21 +66,21 @@ def colour_bar(figure: Figure, scale: ScalarMappable, **look: Any) -> Colorbar:
 
 @contextmanager
 def printing() -> Iterator[None]:
-    """The style of whatever is drawn meanwhile; also a decorator."""
+    """Context, or decorator, in which everything is drawn in the style `PRINT`."""
     with mpl.rc_context():
-        mpl.rcdefaults()  # a matplotlibrc of the user's has no say
+        mpl.rcdefaults()  # a matplotlibrc of the user is ignored
         mpl.rcParams.update(PRINT)
         yield
 
 
 @dataclass(frozen=True)
 class Page:
-    """What pictures are drawn for."""
+    """Formats, size and units of pictures."""
 
     formats: tuple[str, ...] = ("png",)  # kinds of files
     width: float = 170.0  # mm
     dpi: float = 300.0  # of PNG, and of what is made of pixels in PDF and SVG
-    physical: bool | None = None  # whether in units of the experiment; None where the case has a `physical` block
+    physical: bool | None = None  # whether in units of the experiment; None: if the case has a `physical` block
     legend: bool = True  # whether there are a legend and the small print
 
     @staticmethod
@@ -113,7 +113,7 @@ class Page:
         return self.width < NARROW
 
     def figure(self, height: float) -> Figure:
-        """An empty figure of this width and so many mm of height."""
+        """An empty figure of the width of the page, and of a height in mm."""
         figure = Figure(figsize=(self.width * MM, height * MM), layout="constrained")
         FigureCanvasAgg(figure)
         return figure
@@ -123,7 +123,8 @@ class Page:
     ) -> tuple[Figure, list[Axes]]:
         """A figure with `count` panels, two or three in a row where there is room, or `columns` of them.
 
-        A single one is at most `NARROW` wide. Heights, of a panel and of what lies outside of all, are in mm.
+        A single one is at most `NARROW` wide. The height of a panel, and the `extra` one of what lies outside of all,
+        are in mm.
         """
         columns = 1 if self.narrow else columns or (3 if count % 3 == 0 else min(count, 2))
         rows = -(-count // columns)

@@ -45,7 +45,7 @@ class Units:
         return unit.physical.replace("um", "µm").replace("^2", "$^2$")
 
     def followed(self, case: ShownCase, number: Column, values: Array) -> tuple[str, Array]:
-        """Axis label and values of the parameter on the axis; in an experiment those of the quantity that gives it."""
+        """Axis label and values of a parameter; in an experiment those of the quantity from which it follows."""
         if self.scales is None or case.experiment is None:
             return self.axis_label([number]), values
         key, unit, value_of = quantity_for(case.experiment, number.name, self.scales)
