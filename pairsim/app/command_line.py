@@ -27,7 +27,7 @@ ORDER = (
     *("init", "schema", "mesh", "check-law", "doctor", "units", "ask", "fit", "sweep", "study", "atlas"),
     *("status", "table", "travel", "plot", "report", "moduli"),
 )
-"""The commands that are not those of questions in the order of --help; others follow by name."""
+"""The commands that are not those of questions, in the order of --help; others follow by name."""
 
 
 def _first_lines() -> dict[str, str]:
@@ -112,7 +112,7 @@ def _common(
 
 def main() -> NoReturn:
     """Run a command: every `PairsimError` is printed as one message, without a traceback, and sets the exit code."""
-    atexit.register(gc.freeze)  # or else Python searches all that it holds when it ends
+    atexit.register(gc.freeze)  # or else Python collects garbage in all its objects when it ends
     try:
         app(standalone_mode=True)
     except KeyboardInterrupt:

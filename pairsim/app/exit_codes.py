@@ -12,7 +12,7 @@ from pairsim.runtime.launcher import rank
 
 
 def end(code: int, message: str, directory: Path, after: str = "") -> NoReturn:
-    """Say how a sweep or study has ended and, if no case has failed, what comes next, and give its folder."""
+    """Print how a sweep or study has ended and, if no case has failed, what comes next and its folder; then exit."""
     if rank() == 0:
         with suppress(OSError):  # a terminal that is gone changes no exit code
             typer.echo(message, err=True)

@@ -32,20 +32,20 @@ CAPTIONS = {
     "sweep_parameters": "Relative velocity at the end over a parameter",
     "sweep_zeros": "Zeros of the relative velocity over a parameter",
 }
-"""What is said below pictures, by the names of their files; those of commands have their own."""
+"""Captions of pictures, by the names of their files; pictures of questions have captions of their own."""
 OF_A_CASE = ("wall_time", "peak_memory", "unknowns")
-"""Entries of run.json that say nothing of a whole sweep."""
+"""Entries of run.json that are those of a single case, and say nothing of a sweep."""
 MOST_ROWS = 500  # of a table
 
 
 def report(folder: str | PathLike[str]) -> Path:
     """Write report.html into a folder: answer, warnings, pictures, table and provenance on one page.
 
-    The file needs no network and no other file. One that is there is replaced: it holds nothing that cannot be made
+    The file needs no network and no other file. An existing one is replaced: it holds nothing that cannot be made
     again.
 
     Args:
-        folder: A folder of run, curve, critical or sweep; it may be unfinished or that of a failure.
+        folder: A folder of any question, such as run or curve, or of a sweep; these may be unfinished or have failed.
 
     Returns:
         The file.
@@ -84,7 +84,7 @@ def report(folder: str | PathLike[str]) -> Path:
 
 @dataclass(frozen=True)
 class Content:
-    """What the page says of a result, with the name of the file that its table is of."""
+    """The content of the page on a result, with the name of the file from which its table is."""
 
     status: str
     answer: Sequence[str]
@@ -95,7 +95,7 @@ class Content:
 
 
 def _of_result(result: Result | SweepResult) -> Content:
-    """What the page says of a result."""
+    """The content of the page on a result."""
     if isinstance(result, SweepResult):
         first, file = result.cases[0].record if result.cases else Record(), "results.csv"
         record = Record({name: value for name, value in first.items() if name not in OF_A_CASE})
@@ -126,7 +126,7 @@ def _provenance(record: Record) -> dict[str, str]:
 
 
 def _pictures(directory: Path, kind: str) -> list[tuple[str, str]]:
-    """The pictures that `pairsim plot` draws, each with its caption as a data URI; none where there is nothing yet."""
+    """The pictures that `pairsim plot` draws, as captions and data URIs; none if there is nothing to draw yet."""
     captions = CAPTIONS | dict(QUESTIONS[kind].captions if kind in QUESTIONS else {})
     with tempfile.TemporaryDirectory() as out:
         try:

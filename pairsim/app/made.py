@@ -12,7 +12,7 @@ from pairsim.runtime.errors import InputError
 
 
 class Command(TyperCommand):
-    """A command in whose errors the arguments of functions are called by its options."""
+    """A command whose errors name its options in place of the arguments of functions."""
 
     def invoke(self, ctx: Any) -> Any:
         try:
@@ -24,7 +24,7 @@ class Command(TyperCommand):
 
 
 def made(name: str, function: Callable[..., Any], words: str, examples: str) -> TyperCommand:
-    """A command with its help and the examples at the end of it."""
+    """The command of a function, with its help and the examples at the end of this."""
     app = typer.Typer(rich_markup_mode="rich", pretty_exceptions_enable=False, add_completion=False)
     app.command(name, cls=Command, help=words, epilog=examples)(function)
     command = typer.main.get_command(app)

@@ -30,7 +30,7 @@ def open(folder: str | PathLike[str]) -> Any:
         A result of the same type as that of the function which computed it.
 
     Raises:
-        InputError: The folder has no results, or those of a study, which is its study.csv.
+        InputError: The folder has no results, or is that of a study, whose results are its study.csv.
     """
     path = Path(folder)
     kind = kind_of(path)
@@ -56,22 +56,22 @@ def plot(
     pixel: str | None = None,
     particles: str | Sequence[object] | None = None,
 ) -> list[Path]:
-    """Draw what a folder holds, or lay several runs or several curves over each other.
+    """Draw what a folder holds, or several runs or several curves in the same panels.
 
     Args:
-        folders: One folder of any command, or several of runs or of curves; runs and curves with a film, a file as for
-            `fit`.
-        out: Where the pictures go: the folder itself by default; several folders need it.
+        folders: One folder of any command; several folders of runs, or of curves; or a film, a file as for `fit`, with
+            runs and curves.
+        out: Where the pictures go, by default the folder itself; must be given for several folders.
         formats: "png" (the default), "pdf", "svg", or several of them; an animation is a GIF.
-        width: Of the pictures, such as "85mm"; a number is in mm.
+        width: Width of the pictures, such as "85mm"; a number is in mm.
         group: Parameter that chooses the colours, of a sweep or of several folders.
         field: Fields of a run or a curve to draw, separated by commas, or "all"; nothing else is drawn then.
         animate: Make a run's fields, or a curve's, an animation; nothing else is drawn then.
         physical: Whether to draw in um, s, um/s and Pa; by default where all cases have a `physical` block.
         legend: Whether there are a legend and the small print with the parameters.
-        fps: Of the film, as are the next two; see `fit`.
-        pixel: Size of its pixels.
-        particles: Names of its two beads.
+        fps: Frames per second of a film, see `fit`.
+        pixel: Size of the pixels of a film, see `fit`.
+        particles: Names of the two beads of a film, see `fit`.
 
     Returns:
         The files written.

@@ -12,7 +12,7 @@ from pairsim.cases.kinds_of_cases import has_example
 from pairsim.questions.registry import NAMES
 from pairsim.runtime.errors import InputError
 
-if TYPE_CHECKING:  # mypy cannot know them
+if TYPE_CHECKING:  # mypy cannot know their values
     OfQuestion = str
     OfExamples = str
     OfFiles = str

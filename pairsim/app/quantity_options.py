@@ -1,4 +1,4 @@
-"""Options that are made of what is declared: one for each quantity of an experiment, and for each number of a law."""
+"""Options made from declarations: one for each quantity of an experiment, and one for each number of a law."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from pairsim.runtime.errors import Argument, InputError
 
 Text = str | None
 REQUIRED = "tube", "particle"
-"""Quantities without which there are no numbers of beads in a tube."""
+"""Quantities without which beads in a tube have no dimensionless numbers."""
 EXPONENT = 0.6
-"""What an example has where a unit depends on a parameter of a law."""
+"""The exponent in the unit of an example, where this depends on a parameter of a law."""
 
 
 SEVERAL = "repeat it for several: one for each gap of a run, those of a curve, the ends of --kind critical"
@@ -31,11 +31,11 @@ def of_experiment() -> Iterator[Parameter]:
 
 
 def of_laws(laws: Mapping[str, type[Material]], shared: Collection[str] = ()) -> Iterator[Parameter]:
-    """An option for each quantity that numbers of some laws follow from, and for each of those that have no unit.
+    """An option for each quantity from which numbers of some laws follow, and for each of their numbers without a unit.
 
     Args:
         laws: The laws by name.
-        shared: Keys of further quantities, on which the numbers of all of them depend.
+        shared: Keys of further quantities, on which the numbers of all these laws depend.
     """
     named = numbers_of(laws)
     follow = {name: p.dimension.key for law in laws.values() for name, p in law.parameters().items() if p.dimension}
@@ -51,7 +51,7 @@ def of_laws(laws: Mapping[str, type[Material]], shared: Collection[str] = ()) ->
 
 
 def numbers_of(laws: Mapping[str, type[Material]]) -> dict[str, list[str]]:
-    """The names of the laws that have a number, by its name."""
+    """For each number of some laws, by its name, the names of the laws that have it."""
     found: dict[str, list[str]] = {}
     for law in laws.values():
         for name in law.parameters():
@@ -80,7 +80,7 @@ def _of_quantity(of: Measurable, laws: Collection[str] = ()) -> Parameter:
 
 
 def _help(of: Measurable, laws: Collection[str], several: bool) -> str:
-    """What it is, an example, what it gives, and what is taken where it is not given."""
+    """The help of an option: what it is, an example, what follows from it, and the default."""
     words, *more = of.words.split("; ")
     gives = [each for each in more if each.startswith("gives ")]
     example = of.with_parameters(dict.fromkeys(of.of_unit, EXPONENT)).example
@@ -99,9 +99,12 @@ def _sentence(words: str) -> str:
 
 
 def of_option(command: str, error: InputError, options: Collection[str] | None = None) -> InputError:
-    """An error of a case in which keys are called by the options of the command that stand for them.
+    """An error of a case that names options of a command in place of the keys for which they stand.
 
-    Keys without an option among these, by default of `units`, are set by --set.
+    Args:
+        command: The command.
+        error: The error.
+        options: Keys that have an option; others are named as they are set by --set. None: all keys have one.
     """
 
     def option(key: re.Match[str]) -> str:

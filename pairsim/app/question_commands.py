@@ -40,7 +40,7 @@ REASON_CODES = {kind.reason: kind.exit_code for kind in (EnvironmentFailure, Bra
 
 
 def command_of_question(name: str) -> TyperCommand:
-    """The command of a question: the options of all with those that it alone has, help and examples of its record."""
+    """The command of a question: options that all have and its own, with help and examples from its record."""
     question = QUESTIONS[name]
 
     def command(**given: Any) -> None:
@@ -121,7 +121,7 @@ def _compute(
 def _places(
     question: Question[Any], flags: Mapping[Flag, Any], case: Path | None, output: Path | None, overwrite: bool
 ) -> tuple[Path, Path | None]:
-    """The case file, and the folder for the results if one is given: of a computation that goes on, its own."""
+    """The case file, and the folder for the results, if one is given; that of a resumed computation is its own."""
     for flag, folder in flags.items():
         if not flag.resumes:
             continue

@@ -33,7 +33,7 @@ class SweepResult:
 
     Attributes:
         folder: The folder of the sweep.
-        exit_code, message: How the call that has returned it ended, as on the command line.
+        exit_code, message: How the call that has returned it has ended, as on the command line.
     """
 
     def __init__(self, folder: Path, exit_code: int = 0, message: str = "") -> None:
@@ -41,7 +41,7 @@ class SweepResult:
 
     @cached_property
     def record(self) -> SweepRecord:
-        """The content of sweep.json, with how each case stands by its folder, and `counts` by status."""
+        """The content of sweep.json, with the state of each case from its folder, and `counts` by status."""
         return read_sweep(self.folder)
 
     @cached_property
@@ -91,10 +91,10 @@ class SweepResult:
         return with_numbers(stacked(parts), self.record.varying)
 
     def to_xarray(self, name: str | None = None, *, physical: bool | None = False) -> xr.Dataset:
-        """The tables of all cases as one data set, of places (times, distances) that all of them have.
+        """The tables of all cases as one data set, at the places (times, distances) that all of them have.
 
-        Its dimensions are the keys that vary if the cases are all their combinations, or else `case`, and d, t or
-        whichever column comes first. Variables have `units` and `long_name`; errors are variables like others.
+        Its dimensions are the keys that vary, if the cases are all combinations of their values, or else `case`; and d,
+        t or whichever column comes first. Variables have `units` and `long_name`; errors are variables like others.
 
         Arguments and errors are those of `frame`; there is an error, too, if the cases have no place in common, or
         xarray is not installed.
@@ -169,8 +169,8 @@ def sweep(
 ) -> SweepResult:
     """Compute every case of a grid that is not finished yet.
 
-    A case is computed in a child process of the worker that has it, so that one that crashes or hangs costs itself
-    alone. Under mpirun all processes call this function and compute cases.
+    Each case is computed in a child process of its worker, so that a crash or a hang costs no other case. Under mpirun
+    all processes call this function and compute cases.
 
     Args:
         grid: Path of a grid file, or a dict of its keys: base, grid, zip, cases, exclude, command.

@@ -1,11 +1,11 @@
 """Say at once whether a pair of beads separates or collides, how fast, and from which distance on.
 
-The answer is read from an atlas of master curves; every +- is that of its
-interval, and quantities may have one: '5 +- 1 kPa'. Beads may differ: of two
-diameters or moduli that of the trailing (upstream) bead comes first.
-Distances have units, or are in tube diameters. Where the atlas has no
-answer, the command says why, and which computation has one. Other quantities
-of units: write a case file with units -o.
+The answer is read from an atlas of master curves; every +- is the half-width
+of an interval, and quantities may have one, too: '5 +- 1 kPa'. Beads may
+differ: of two diameters or moduli that of the trailing (upstream) bead comes
+first. Distances have units, or are in tube diameters. Where the atlas has no
+answer, the command says why, and which computation has one. For the other
+quantities of pairsim units, write a case file with units -o.
 """
 
 from __future__ import annotations
@@ -111,7 +111,7 @@ def _beside_a_file(name: str, value: object) -> InputError:
 
 
 def _at(curve: Curve, d: float) -> str:
-    """What dU is at a distance [D_c], with the range by the inputs, and the spread where beads differ."""
+    """A sentence on dU at a distance [D_c], with its range due to the inputs, and its spread where beads differ."""
     (dU, half_width), drawn = curve(d), curve.drawn
     value = in_unit(curve.scales, VELOCITY, dU, half_width, "+")
     part = "" if drawn is None else f"; by the inputs {drawn.words(d)}"

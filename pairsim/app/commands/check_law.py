@@ -1,8 +1,8 @@
 """Check a law of your own as those that ship are checked.
 
-At rest, in shear and extension, and in turned frames; its Jacobian; and a
-liquid in the tube, for which forms are compiled the first time (half a
-minute).
+It is checked at rest, in shear and extension, and in rotated frames; so are
+its Jacobian and, of a liquid, the flow in the tube, for which forms are
+compiled the first time (half a minute).
 
 Exit codes: 0 all statements hold, 3 some do not.
 """
@@ -47,7 +47,7 @@ def check_law(
 
 
 def _law_in(place: str, numbers: Sequence[str]) -> Material:
-    """A law in a file, with given parameters; InputError where it is not there, or one is not in its range."""
+    """A law in a file, with given parameters; InputError if it is not there, or if one of them is out of its range."""
     from pairsim.solvers.check_law import sample
 
     name, file = (part[::-1] for part in place[::-1].partition(":")[::2])

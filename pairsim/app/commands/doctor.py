@@ -1,6 +1,6 @@
 """Check the installation: versions and places of what is needed, and a small case.
 
-The first time forms are compiled, for some ten seconds.
+The first time it compiles forms, which takes some ten seconds.
 
 Exit codes: 0 cases can be computed, 4 they cannot.
 """

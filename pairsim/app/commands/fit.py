@@ -1,10 +1,11 @@
 """Fit the modulus of two beads, or the relaxation time of their liquid, to a film of their distance.
 
-The interval has what the case does not know exactly: half-widths such as
+The interval contains the half-widths of the case, such as
 particle: 20 +- 0.4 um, and particle_difference: 0 +- 0.5 %, by which the
-leading bead is larger than the trailing one; without it this is unknown.
-Tables of TrackPy, TrackMate, ImageJ and others are read as they are: their
-positions are those of centres, and the case has the diameter.
+leading bead is larger than the trailing one; without it this difference is
+unknown. Tables of TrackPy, TrackMate, ImageJ and others are read as they
+are: their positions are those of centres, and the diameter is that of the
+case.
 """
 
 from __future__ import annotations

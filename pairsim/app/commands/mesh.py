@@ -1,10 +1,11 @@
 """Write the mesh with which the computation of a case would begin; nothing is computed.
 
-It is that around the undeformed spheres at the first distances, before it is
-adapted: of a train, one period. Its six-node triangles are in the half-plane of
-the axis z and the radius r; in um where the case has a physical block, else in
-D_c. Regions are liquid, particle_1, particle_2, ... from upstream (a rigid
-particle has no cells); boundaries are wall, inlet, outlet, axis, surface_1, ....
+It is the mesh around the undeformed spheres at the first distances, before it
+is adapted; for a train, that of one period. Its six-node triangles are in the
+half-plane of the axis z and the radius r; in um where the case has a physical
+block, else in D_c. Regions are liquid, particle_1, particle_2, ... from
+upstream (a rigid particle has no cells); boundaries are wall, inlet, outlet,
+axis, surface_1, ....
 """
 
 from __future__ import annotations

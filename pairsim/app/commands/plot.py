@@ -6,7 +6,7 @@ distances, shapes and pressure drops: over what was followed. A sweep: dU of
 all cases, the last dU or the zeros against a parameter. A study: error
 against wall time. Several folders: dU of all of them; what varies is in the
 legend, what does not in small print. RUN CURVE FILM.csv: a film, as for fit,
-and how they move.
+beside the motion by a run and a curve.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Write DIR/report.html: answer, warnings, pictures, table and provenance on one page.
 
-One file that needs no network, to send around; of a case or a sweep, finished
-or not. It is replaced where it exists.
+It is a single file that needs no network, for a case or a sweep, finished or
+not. An existing one is replaced.
 """
 
 from __future__ import annotations

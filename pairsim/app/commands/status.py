@@ -1,8 +1,8 @@
 """Show the status of a folder of results.
 
-Of a sweep or study the number of cases by status, and the reasons of
-failures; of a case whether it is running or how it ended, wall time in s,
-and warnings.
+For a sweep or study it shows the number of cases by status, and the reasons
+of failures; for a case whether it is running or how it ended, wall time in
+s, and warnings.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Compute every case of a grid; the same command continues an interrupted sweep.
 
-Each case has its own folder, which says how it stands; results.csv has the
-main results of all cases. Under mpirun or srun, the cases are distributed
-over the processes.
+Each case has its own folder, which records its state; results.csv has the main
+results of all cases. Under mpirun or srun, the cases are distributed over
+the processes.
 
 Exit codes: 0 no case failed, 2 wrong input, 3 some cases failed, 4
 installation or system at fault (pairsim doctor), 130 interrupted.
@@ -63,7 +63,7 @@ def sweep(
 
 
 def _next(result: SweepResult) -> str:
-    """What can be done with a sweep that has ended."""
+    """What can be done next with a sweep that has ended, in words."""
     table = f"pairsim table {result.folder} results has what was found in each case"
     drawn = result.record.question.in_sweeps.drawn
     return f"{table}; pairsim plot {result.folder} draws it" if drawn else table

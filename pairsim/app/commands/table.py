@@ -1,10 +1,10 @@
 """Print a table of results, with the unit of each column in the header.
 
-Of a run or a curve the columns t, d, dU, dU_error and U, with --all all
-columns. A terminal shows five digits; a file or a pipe gets CSV with all
+For a run or a curve it has the columns t, d, dU, dU_error and U, with --all
+all columns. A terminal shows five digits; a file or a pipe gets CSV with all
 digits. Units are um, s, um/s and Pa where the case has a physical block, else
-D_c, U_av and D_c/U_av. Of a sweep, the tables of all cases, one below the
-other, with the parameters that vary.
+D_c, U_av and D_c/U_av. For a sweep the tables of all cases follow one another,
+with the parameters that vary.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ def table(
 
 
 def _say_unknown(result: pairsim.SweepResult | pairsim.Result) -> None:
-    """Say on stderr which inputs have half-widths whose part in dU curves do not know."""
+    """Name on stderr the inputs with half-widths whose effect on dU the curves do not have."""
     cases = result.cases if isinstance(result, pairsim.SweepResult) else [result]
     unknown = [each.curve.by_inputs.unknown for each in cases if isinstance(each, pairsim.CurveResult)]
     if keys := list(dict.fromkeys(key for each in unknown for key in each)):

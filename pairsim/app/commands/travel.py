@@ -5,8 +5,9 @@ centres of volume, the length that of U/dU dc with the mean velocity U of the
 pair [D_c]; there must be no zero of dU between the distances. Their
 half-widths follow from that of dU along the curve. If the case has a physical
 block, both are in s and mm. Also prints by how much the time changes for a
-pair that starts from rest at the first distance, and where that is forgotten;
-where beads differ, which part of pairs makes the travel, within which length.
+pair that starts from rest at the first distance, and by which distance this
+start is forgotten; and, where beads differ, which fraction of pairs makes the
+travel, and within which length.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ def travel(
 
 
 def travels(curve: Curve, start: str, stop: str) -> str:
-    """The travel of two equal beads and, where beads differ, those of pairs.
+    """The travel of two equal beads and, where beads differ, those of pairs, in words.
 
     Raises:
         InputError: A distance is outside the curve; or all beads are equal, and do not make the travel.

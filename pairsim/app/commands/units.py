@@ -126,14 +126,14 @@ def _laws(liquid: str | None, solid: str | None, numbers: Mapping[str, Plain]) -
 
 
 def _ends(model: type[BaseModel]) -> Mapping[str, str]:
-    """What a kind of case is given that says nothing of the ends of its tube, unless it is a period."""
+    """Keys for the ends of the tube that a case gets; none for kinds of cases whose tube is one period by default."""
     return ENDS if model.model_fields["ends"].default == ENDS["ends"] else {}
 
 
 def _write(found: Units, output: Path | None, picture: Path | None) -> InputError | None:
     """Write the case file and the picture of the fit, if they are wanted; returns why one could not be written.
 
-    They come before the answer, which a closed pipe may cut short, and the case before its picture.
+    Files are written before the answer is printed, which a closed pipe may cut short, and the case before its picture.
     """
     if output is None:
         return None
@@ -150,7 +150,7 @@ def _write(found: Units, output: Path | None, picture: Path | None) -> InputErro
 
 
 def _signature() -> Signature:
-    """The options of the command: its own, and those of all quantities and laws, those of a user's own, too."""
+    """The options of the command: its own, and those of all quantities and laws, including laws of the user."""
     whole = signature(units, eval_str=True)
     own = {name: each for name, each in whole.parameters.items() if name != "declared"}
     of_solids = {p.dimension.key for law in solids.LAWS.values() for p in law.parameters().values() if p.dimension}
