@@ -1,8 +1,9 @@
-"""Writes the pages of docs/reference that are made of the code, from the templates in scripts/reference.
+"""Writes the pages of docs/reference that are made from the code, by the templates in scripts/reference.
 
 usage: .venv/bin/python scripts/docs_reference.py
 
-A test fails where a page is not what this writes. As a hook of mkdocs it lets mkdocstrings make the page on Python.
+A test fails where a page differs from what this writes. As a hook of mkdocs it lets mkdocstrings make the page on
+Python.
 """
 
 from __future__ import annotations
@@ -52,7 +53,7 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 
 def escaped(text: str) -> str:
-    """Text with the special characters of Markdown and HTML escaped; within words an underscore is none."""
+    """Text with the special characters of Markdown and HTML escaped; an underscore within a word is none of them."""
     return re.sub(r"([\\<>|*\[`]|(?<!\w)_|_(?!\w))", r"\\\1", text)
 
 
@@ -77,7 +78,7 @@ def table_of_columns(*groups: Column | Iterable[Column], n: int = 2) -> str:
 
 
 def numbered(columns: Iterable[Column]) -> list[Column]:
-    """Those of the columns that every gap or particle has, with their number."""
+    """Those of the columns that exist for every gap or particle, with `_i` for its number."""
     return [replace(entry.with_suffix("_i"), of="") for entry in columns if entry.of]
 
 

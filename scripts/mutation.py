@@ -56,7 +56,7 @@ FOLDERS = ("physics", "numerics", "verification", "questions", "shell")
 
 
 def copied(output: Path) -> Path:
-    """A copy of the checkout to change; another, made once, stays as it is, as does one of the compiled forms."""
+    """A fresh copy of the checkout, to be changed; its original, and a copy of the compiled forms, are made once."""
     original, tree = output / "original", output / "tree"
     if not original.exists():
         shutil.copytree(Path(str(JIT_OPTIONS["cache_dir"])).parent, output / "compiled", dirs_exist_ok=True)

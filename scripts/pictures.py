@@ -5,8 +5,8 @@ usage: scripts/pictures [--make] [WORD]
 docs/images/pictures.yaml has the commands that make pictures and the files that decide what they show; the state of
 these when a picture was made is in docs/images/made.csv. A picture is stale if one of its own files has changed. If
 only the numerics have (physics, fem, solvers), it is old: its numbers are the same within their errors. --make makes
-those that are stale and whose name contains WORD: seconds for those of configs/quickstart.yaml, hours for those of the
-paper.
+those that are stale and whose name contains WORD, which takes seconds for those of configs/quickstart.yaml, and hours
+for those of the paper.
 
 Exit code 0: none is stale; 1: some are.
 """
@@ -34,14 +34,14 @@ NUMERICS = ("pairsim/physics", "pairsim/fem", "pairsim/solvers")
 
 
 def state(paths: Sequence[str], commit: str = "HEAD") -> str:
-    """What files and folders contain at a commit, but for statements, which draw nothing, as a short hash."""
+    """A short hash of the content of files and folders at a commit, without that of statements, which draw nothing."""
     words = ["git", "-C", str(ROOT), "ls-tree", "-r", commit, "--", *paths]
     lines = subprocess.run(words, check=True, capture_output=True, text=True).stdout.splitlines()
     return hashlib.sha256("\n".join(each for each in lines if "statements" not in each).encode()).hexdigest()[:12]
 
 
 def pictures() -> Iterator[tuple[str, str, str]]:
-    """Every picture with its command and the state of its files; of several rules the first counts."""
+    """Every picture with its command and the state of its files, once for each rule that matches it."""
     for pattern, rule in yaml_files.read(RULES).items():
         for path in sorted(ROOT.glob(pattern)):
             shows = [each.format(stem=path.stem) for each in rule["shows"]]
@@ -49,7 +49,7 @@ def pictures() -> Iterator[tuple[str, str, str]]:
 
 
 def judged() -> pd.DataFrame:
-    """All pictures with their state now and when they were made, and what follows."""
+    """All pictures with their state now and when they were made, and the verdict; the first rule counts."""
     found = pd.DataFrame(pictures(), columns=["picture", "make", "shows"]).drop_duplicates("picture")
     found = found.assign(numerics=state(NUMERICS)).set_index("picture")
     found = found.join(pd.read_csv(MADE, index_col="picture", dtype=str).add_suffix("_then"))

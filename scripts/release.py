@@ -85,7 +85,7 @@ def tree() -> Points:
 
 
 def results() -> Points:
-    """What the documents show was computed with this code; what could not be is for a person to name."""
+    """What the documents show was computed with this code; a person has to name what could not be."""
     for name in names():
         study = study_of(name)
         parts, stored = study.parts(False), Results(study.stored)

@@ -1,17 +1,17 @@
-"""Studies: computes what their statements need, says which of these hold, and writes their pages.
+"""Computes studies, says which of their statements hold, and writes their pages.
 
 usage: scripts/study NAME ... | all [--quick] [--page] [--keep] [--only PATTERN] [--workers N] [-o runs/studies]
 
-A study is a folder of scripts/studies. It is computed in parts, each of which is stored as soon as it is done, with the
-name of the code that it depends on: the same command goes on after any kind of end, on another machine from what is
-stored in the project. Parts whose code has changed are named and computed again, unless --keep is given. With --only
-parts are computed whose names match a regular expression, and all that is stored is judged. With --page nothing is
-computed: what the output folder has is stored in the project, and the page, pictures and tables that ship are written
-from it, and the table of all studies in docs/validation/index.md. With --quick cells are coarse and parts few, and
-nothing but the output folder is written to.
+A study is a folder of scripts/studies. It is computed in parts, each of which is stored as soon as it is done, with a
+hash of the code that it depends on. The same command therefore resumes after any kind of end; on another machine it
+resumes from what is stored in the project. Parts whose code has changed are named and computed again, unless --keep is
+given. With --only just the parts whose names match a regular expression are computed, and all that is stored is judged.
+With --page nothing is computed: the results in the output folder are stored in the project, and the page, the pictures
+and tables that ship, and the table of all studies in docs/validation/index.md are written from them. With --quick cells
+are coarse and parts few, and nothing but the output folder is written to.
 
-Exit code 0: all is computed, and every statement holds; 1: some do not; 130: it was stopped, or its output is no
-longer read.
+Exit code 0: all is computed, and every statement holds; 1: some do not, or there are no results yet; 2: an input is
+wrong; 130: it was stopped, or its output is no longer read.
 """
 
 from __future__ import annotations
@@ -105,7 +105,7 @@ def verdicts(study: Study, table: pd.DataFrame, parts: Sequence[Part]) -> bool:
 
 
 def write_files(files: Mapping[Path, str | bytes], folder: Path | None) -> None:
-    """Write files that are made of results; into a folder in place of their own, unless that is None."""
+    """Write files that are made from results: to their own paths or, if a folder is given, into that."""
     for path, content in files.items():
         place = folder / path.name if folder else path
         if isinstance(content, bytes):

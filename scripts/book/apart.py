@@ -1,4 +1,4 @@
-"""Computations in processes of their own: solvers may not be shared by the threads in which parts are computed."""
+"""Computations in separate processes, as the threads in which parts are computed must not share solvers."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pairsim.runtime.child_process import end_with_parent
 
 
 def apart[**P, T](function: Callable[P, T], *values: P.args, **keys: P.kwargs) -> T:
-    """The result of a function of a module, computed in a process of its own.
+    """The result of a module-level function, computed in a separate process.
 
     Raises:
         Stopped: The process was stopped.

@@ -17,7 +17,8 @@ from book.study import Part, Row, computed
 LIMIT = 2400.0  # wall time of a case [s]
 
 INSIDE, BEYOND = 0.95, 2.0
-"""Least part of errors that is to be inside their half-widths, and the largest error over its half-width of any."""
+"""Least fraction of errors that must be inside their half-widths, and the largest ratio of an error to its half-width.
+"""
 
 
 def grid(**values: Sequence[Any]) -> list[dict[str, Any]]:
@@ -47,19 +48,20 @@ def case_part(
     entries: Sequence[str] = (),
     limit: float = LIMIT,
 ) -> Part:
-    """A case.
+    """A part that is one case.
 
     Args:
         name: The name of the part.
         question: The question that is computed, such as "curve".
         case: Keys and values.
-        columns: What is stored of its table; what the table lacks is left out.
-        about: What stands in all of its rows, such as the values by which they are told apart.
-        entries: What is stored of its run.json, in all of its rows.
+        columns: Columns of its table that are stored; those that the table lacks are left out.
+        about: Entries of all of its rows, such as the values by which parts are told apart.
+        entries: Entries of its run.json that are stored, in all of its rows.
         limit: Wall time after which it is stopped [s].
 
     Returns:
-        A part whose rows are those of the table, with `ended` empty; or one row that has in `ended` why there is none.
+        A part whose rows are those of the table, with `ended` empty; or a single row whose `ended` says why there are
+        none.
     """
     identity = json.dumps({"command": question, **case}, sort_keys=True)
     ask = partial(_rows, question=question, columns=columns, entries=entries, limit=limit)
@@ -75,7 +77,10 @@ def cases_part(
     entries: Sequence[str] = (),
     limit: float = LIMIT,
 ) -> Part:
-    """Several cases that are one part, such as a line over a parameter, each with what stands in its rows."""
+    """A part that is several cases, such as a line over a parameter, each given with the entries of all of its rows.
+
+    Other arguments are those of `case_part`.
+    """
     identity = json.dumps([{"command": question, **case} for _, case in cases], sort_keys=True)
     ask = partial(_rows, question=question, columns=columns, entries=entries, limit=limit)
 

@@ -77,7 +77,7 @@ class Cases:
     """Finished cases of computations.
 
     Args:
-        results: The results of computations by their names, of which those count that have finished.
+        results: The results of computations by their names; only finished ones count.
     """
 
     def __init__(self, results: Mapping[str, Sequence[Any]]) -> None:
@@ -87,7 +87,7 @@ class Cases:
         }
 
     def of(self, name: str, where: Mapping[str, Any] | None = None) -> list[Case]:
-        """Cases of a computation that have some parameters, as in `matches`; none of one that is not there."""
+        """Cases of a computation that have some parameters, as in `matches`; none if there is no such computation."""
         return [case for case in self._of.get(name, ()) if matches(case.parameters, where or {})]
 
     def all(self, kind: str, **where: Any) -> list[Case]:
@@ -97,9 +97,10 @@ class Cases:
         raise NotComputed(f"{kind} with {where}")
 
     def curves(self, fields: float = 0.0, **where: Any) -> list[Case]:
-        """The curve with the most points for each value of the parameters that are lists; `NotComputed` if one lacks.
+        """The curve with the most points for each combination of values of those parameters that are lists.
 
-        They have fields at the distance `fields`; if that is 0, they go over a range of distances.
+        Only curves count that have fields at the distance `fields` or, if this is 0, go over a range of distances.
+        `NotComputed` if there is none for a combination.
         """
         known = []
         for curve in self.all("curve"):
@@ -108,12 +109,12 @@ class Cases:
         return [max(group, key=lambda curve: len(curve.table)) for group in grouped(known, where)]
 
     def runs(self, **where: Any) -> list[Case]:
-        """The run that ends last, likewise."""
+        """The run that ends last for each combination of values of those parameters that are lists, as for `curves`."""
         return [max(group, key=lambda run: run.last("t")) for group in grouped(self.all("run"), where)]
 
 
 def grouped(cases: Sequence[Case], where: Mapping[str, Any]) -> Iterator[list[Case]]:
-    """Cases that have some parameters, at least one, for each value of those that are lists."""
+    """The cases, at least one, for each combination of values of those parameters that are lists, or `NotComputed`."""
     for values in product(*map(listed, where.values())):
         one = dict(zip(where, values, strict=True))
         if not (group := [case for case in cases if matches(case.parameters, one)]):

@@ -1,8 +1,8 @@
-"""Names of code: hashes of the files of packages, by which results say what they were computed with.
+"""Hashes of the files of packages, which are stored with results to identify the code of which these are.
 
-Comments, docstrings and the layout of lines are no part of it. A package may be named with those laws of it that a
-study uses, such as pairsim.physics[newtonian,neo_hookean], the names of their files: other laws are then no part of it.
-Or it is named with packages in it that are none, such as pairsim.fem[-azimuthal].
+Comments, docstrings and the layout of lines do not enter a hash. A package may be named with the laws that a study
+uses, by the names of their files, such as pairsim.physics[newtonian,neo_hookean]: other laws do not enter then. Or it
+is named with packages inside it that do not enter, such as pairsim.fem[-azimuthal].
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def reasons(before: str, now: str) -> list[str]:
 
 
 def changed(before: str, now: str) -> list[str]:
-    """What the later one of two results of `code_of` names with another hash than the earlier one, or anew."""
+    """The names in the later one of two results of `code_of` whose hash in the earlier one differs, or is missing."""
     earlier, later = (dict(each.split(" ") for each in code.split(", ") if each) for code in (before, now))
     return [name for name in later if earlier.get(name) != later[name]]
 
@@ -54,7 +54,7 @@ def digest_of(place: Path, laws: tuple[str, ...] | None = None, without: tuple[s
 
     Args:
         place: The folder, or the path of the file without ".py".
-        laws: Names of files of laws, of which the others are left out; None for all.
+        laws: Names of files of laws; files of other laws are left out. None for all.
         without: Names of folders in it that are left out.
 
     Raises:
@@ -75,7 +75,7 @@ def digest_of(place: Path, laws: tuple[str, ...] | None = None, without: tuple[s
 
 
 def _without_docstrings(path: Path) -> str:
-    """The syntax tree of a file; strings that stand alone document what is beside them."""
+    """The syntax tree of a file without strings that stand alone, which document what is beside them."""
     tree = ast.parse(path.read_text(encoding="utf-8"))
     for node in ast.walk(tree):
         for name, body in ast.iter_fields(node):

@@ -1,4 +1,4 @@
-"""Tables of values beside what they are compared with, and the statements that these are as close as is allowed.
+"""Tables of values beside their references, and the statements that they are as close to these as is allowed.
 
 frame = pd.DataFrame({"beta": [0.2, 0.4], "U_1": [1.9468, 1.7908], "exact": [1.94677814, 1.79081169]})
 table = Table(frame.set_index("beta"), [Column("U", "U_1", to="exact", allowed=1e-6, source="exact multipoles")])
@@ -30,9 +30,9 @@ class Column:
         name: What stands at its head.
         value: The column of the frame that has its values; empty for that of its name.
         error: The column of their half-widths; empty where there are none.
-        to: The column of what they are compared with, or one number for all; empty where nothing is.
-        allowed: The largest difference relative to that, absolute where that is 0; or the column that has it.
-        source: Where that comes from.
+        to: The column of the references, or one number for all rows; empty if there are none.
+        allowed: The largest difference relative to the reference, absolute where this is 0; or the column that has it.
+        source: Where the references come from, in words.
         shown: Format of values without a half-width.
         plain: Whether the reference stands in the head, without differences.
     """
@@ -91,7 +91,7 @@ class Table:
             if not alone and not reference.equals(before):
                 parts.append(reference.map(lambda each: cell(each, 0, ".9g")).rename("reference"))
             percent = 100 * (value - reference) / reference.abs().where(reference != 0)
-            percent = percent.round(8) + 0.0  # what is below is rounding, and not the same everywhere
+            percent = percent.round(8) + 0.0  # further digits are rounding, which depends on the machine
             head = f"difference from {known[0]:.9g}, %" if alone else "difference, %"
             parts.append(percent.map(lambda each: cell(each, 0, "+.2g")).rename(head))
             before = reference
@@ -134,7 +134,7 @@ def statements(tables: Mapping[str, Table]) -> dict[str, Judged]:
 
 
 def blocks(tables: Mapping[str, Table]) -> dict[str, str]:
-    """What stands between the marks of the tables of a page."""
+    """The text between the marks of the tables of a page, by their names."""
     return {name: pages.markdown(table.shown()) for name, table in tables.items()}
 
 

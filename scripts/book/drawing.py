@@ -12,7 +12,7 @@ mpl.use("Agg")
 
 
 def png(figure: Figure) -> bytes:
-    """A figure as a file, after which it is closed."""
+    """The content of a PNG file of a figure, which is closed."""
     figure.tight_layout()
     content = BytesIO()
     figure.savefig(content, format="png", dpi=150)

@@ -1,4 +1,4 @@
-"""Scenes with one particle drawn at random: laws of a liquid and of a solid, both kinds of ends."""
+"""Random scenes with one particle: laws of a liquid and of a solid, with their numbers, and both kinds of ends."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ LIQUIDS: dict[str, Callable[[Draw], dict[str, Any]]] = {
     "oldroyd-b": lambda draw: {},
     "fene-p": lambda draw: {"L2": draw.evenly_in_log(20.0, 500.0)},
 }
-"""Liquids by name, each with what draws its parameters. Those without a memory come first."""
+"""Liquids by name, each with the function that draws its parameters. Those without a memory come first."""
 WITHOUT_MEMORY = ("newtonian", "power-law")
 
 
 class Draw:
-    """What one scene is drawn with, to three digits.
+    """Draws the numbers of one scene, to three digits.
 
     Args:
-        seed: Of the generator.
-        De, Ca_e: What they are drawn from, evenly in their logarithms.
+        seed: Seed of the random numbers.
+        De, Ca_e: Ranges from which these are drawn, uniformly in their logarithms.
         rigid: Probability that the particle is rigid.
-        beta: What it is drawn from, evenly.
+        beta: Range from which beta is drawn, uniformly.
     """
 
     def __init__(
@@ -65,10 +65,10 @@ class Draw:
 
 
 def scenes(seed: int, count: int, liquids: Sequence[str], **ranges: Any) -> dict[str, dict[str, Any]]:
-    """So many scenes by name, the liquids in turn. Each has a seed of its own, whatever the others draw.
+    """Random scenes by name, with the liquids in turn. Each has its own seed, so that it does not depend on the others.
 
     Args:
-        seed: Of all of them.
+        seed: Number from which the seeds of all follow.
         count: Number of scenes.
         liquids: Names of liquids.
         **ranges: As for `Draw`.

@@ -1,4 +1,4 @@
-"""Results of cases that several parts of a study look at: each is computed once, and found by the next command."""
+"""Results of cases that several parts of a study share: each is computed once, and found again by later commands."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from pairsim.cases.identity import folder_name, identity_of, key_of
 
 
 class Kept:
-    """The results of cases in the folder in which those of the parts lie, too.
+    """Results of cases, in the folder that has those of the parts, too.
 
-    A result is found by its case and by the code, so that none of other code is taken. A part that needs what another
-    one computes at that time waits for it.
+    A result is found by its case and its code, so that none of other code is taken. A part that needs a case which
+    another part is computing waits for it.
 
     Args:
         uses: Packages and modules whose code the results depend on, as in `Study.uses`.

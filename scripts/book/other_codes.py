@@ -1,4 +1,4 @@
-"""Other codes beside which studies compute, where they are installed (scripts/studies/codes/README.md says how)."""
+"""Other codes with which studies compare, if they are installed (scripts/studies/codes/README.md says how)."""
 
 from __future__ import annotations
 
@@ -14,18 +14,17 @@ from book.computing import ROOT
 from book.study import Unavailable
 
 PYOOMPH = ("PYOOMPH", ROOT / "peer" / "bin" / "python")
-"""The variable of the environment that says where the Python of pyoomph is, with the place where it is looked for else.
-"""
+"""The environment variable with the path of pyoomph's Python, and the default path."""
 OF_PYOOMPH = ROOT / "scripts" / "studies" / "codes"
 """The folder of the scripts that solve by pyoomph."""
 
 
 def installed(code: str, place: tuple[str, Path]) -> Path:
-    """Where a code is.
+    """The path of a code.
 
     Args:
         code: Its name.
-        place: The variable of the environment that says so, with the place where it is looked for else.
+        place: The environment variable with its path, and the default path.
 
     Raises:
         Unavailable: It is not there.

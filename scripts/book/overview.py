@@ -1,4 +1,4 @@
-"""Tables of all studies: what each shows, states and when it was computed, and how often half-widths hold."""
+"""Tables of all studies: what each shows, how many statements hold, its date, and how many half-widths hold."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ INDEX = DOCS / "validation" / "index.md"
 MARK = "index"
 HALF_WIDTHS, MARK_OF_HALF_WIDTHS = DOCS / "explanation" / "error-estimate.md", "half-widths-that-hold"
 INSIDE = re.compile("inside (their|the) half-widths")
-"""Words of the statements that say how many half-widths hold."""
+"""Words by which statements on how many half-widths hold are found."""
 
 
 def overview(studies: Sequence[Study], page: Path = INDEX) -> pd.DataFrame:

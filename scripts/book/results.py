@@ -22,7 +22,7 @@ class Results:
 
     Args:
         path: Their file, which is written anew with each part.
-        others: Files from which rows of parts are taken that it lacks.
+        others: Further files, from which the rows of parts are taken that this file lacks.
     """
 
     def __init__(self, path: Path, *others: Path) -> None:
@@ -37,7 +37,7 @@ class Results:
         return str(own["code"].iloc[0]) if len(own) else None
 
     def stale(self, part: Part, code: str) -> list[str] | None:
-        """Why the rows of a part are not those of some code, empty where they are; None where there are none."""
+        """Reasons why the rows of a part are stale with some code, empty if they are not; None if it has no rows."""
         before = self.code(part)
         return None if before is None else reasons(before, code)
 
@@ -50,7 +50,7 @@ class Results:
         _write(self.path, self.table)
 
     def of(self, parts: Sequence[Part]) -> pd.DataFrame:
-        """The rows of parts that are what they were when these were stored, in their order."""
+        """The rows of those parts that have the same identity as when they were stored, in the order of `parts`."""
         identities = {part.name: _digest(part) for part in parts}
         same = self.table["identity"] == self.table["part"].map(identities)
         order = {name: place for place, name in enumerate(identities)}

@@ -4,8 +4,8 @@
     repels = statements.of_sign(curve, +1, low=0.1)
     repels.verdict, repels.numbers        # ("holds", "least dU from d = 0.1 to 0.4: 1.2e-04 ± 2e-06 at 0.4")
 
-A value is a number with the half-width of its interval. A statement is a list of margins: by how much something is as
-stated, negative if it is not.
+A value is a number with the half-width of its interval. A statement is a list of margins: the amounts by which what is
+stated holds, negative where it does not.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class Judged:
     """A statement and what results say of it.
 
     Attributes:
-        margins: By how much it is as stated, each with its error; all must be positive for the statement to hold.
+        margins: By how much what is stated holds, each with its error; all must be positive for the statement to hold.
         numbers: The numbers that were looked at, as text.
     """
 
@@ -37,19 +37,22 @@ class Judged:
 
     @property
     def verdict(self) -> Verdict:
-        """It holds if every margin exceeds its error, and does not if one is negative by more than its error."""
+        """It holds if every margin exceeds its error, and does not if one is negative by more than its error.
+
+        Otherwise it is within error.
+        """
         if any(margin < -error for margin, error in self.margins):
             return "does not hold"
         return "within error" if any(margin <= error for margin, error in self.margins) else "holds"
 
     @property
     def decisive(self) -> Value:
-        """The margin by which the verdict is what it is: the statement with it alone has the same."""
+        """The margin that decides the verdict: with it alone the verdict would be the same."""
         short = [each for each in self.margins if each[0] < -each[1]]
         return min(short, key=sum) if short else min(self.margins, key=lambda each: each[0] - each[1])
 
     def __and__(self, other: Judged) -> Judged:
-        """Both statements."""
+        """The statement that both hold."""
         return Judged(self.margins + other.margins, "; ".join(filter(None, (self.numbers, other.numbers))))
 
 
@@ -134,8 +137,8 @@ def each[T](items: Iterable[T], judge: Callable[[T], Judged], label: Callable[[T
     Args:
         items: The items.
         judge: The statement about one of them.
-        label: What stands before the numbers of an item; their name, if it ends with a colon and is that of all items,
-            is then written once, before the first label.
+        label: Returns the text before the numbers of an item. If the numbers of all items begin with the same name and
+            a colon, this name is then written once, before the first label.
     """
     known = list(items)
     found = [judge(item) for item in known]

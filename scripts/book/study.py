@@ -27,22 +27,22 @@ type Row = Mapping[str, str | float | bool | None]
 
 
 class Stopped(Exception):
-    """A part was stopped before it was computed, and is computed by the next command."""
+    """A part was stopped before it was computed; the next command computes it."""
 
 
 class Unavailable(Exception):
-    """A part needs what is not installed here, such as another code; the message says what. It is left out."""
+    """A part needs something that is not installed, such as another code; the message says what. It is left out."""
 
 
 @dataclass(frozen=True)
 class Part:
-    """What is computed as one, and stored as soon as it is done.
+    """A unit of computation, whose rows are stored as soon as it is done.
 
     Attributes:
         name: Its name, which no other part of the study has.
         identity: What is computed, as text: a stored result of another identity is none of this part.
         compute: Computes it in a folder of its own, which it finds empty; returns rows of the results, at least one.
-        uses: Packages and modules whose code its rows depend on; none are those of the study.
+        uses: Packages and modules whose code its rows depend on; if empty, they are those of the study.
     """
 
     name: str
@@ -58,14 +58,15 @@ class Study:
     Attributes:
         folder: Its folder, with the stored results.
         shows: What it shows, in a sentence.
-        uses: Packages and modules whose code its results depend on, but for parts that say so themselves.
-        parts: Its parts in the order in which they are computed; with True those of the quick form.
-        statements: What it states, judged by the stored rows, which are those of the parts given.
-        blocks: What stands between the marks of its page, likewise.
+        uses: Packages and modules whose code its results depend on, except those of parts that name their own.
+        parts: Returns its parts in the order in which they are computed; with True those of the quick form.
+        statements: Returns what it states, judged by the stored rows, which are those of the parts given.
+        blocks: Returns what stands between the marks of its page, likewise, by the names of the marks.
         page: The page. Several studies may have marks on one.
-        files: The content of other files that are made of the stored rows, by path: pictures, tables that ship.
-        pictures: The folder of the pictures that parts draw of what is not stored, such as fields: each leaves one with
-            its name in its folder.
+        files: Returns the content of other files that are made from the stored rows, by path: pictures, tables that
+            ship.
+        pictures: The folder of pictures of what is not stored, such as fields: each part may leave one, under its name,
+            in its own folder.
     """
 
     folder: Path
@@ -105,7 +106,7 @@ def computed(
 ) -> Any:
     """The result of a case, computed in a child process; where it has failed its status and reason say so.
 
-    Threads have children of their own, each of which computes one case after the other.
+    Each thread has a child process of its own, which computes one case after the other.
 
     Args:
         question: Such as "shape".
@@ -124,7 +125,7 @@ def computed(
 def solved(
     question: str, case: SceneCase, folder: Path, seconds: float, flags: Mapping[str, bool] | None = None
 ) -> Any:
-    """The result of a case that is known to be valid, likewise; a finished one is found in its folder."""
+    """The result of a case that was validated, as by `computed`; a finished one is read from its folder."""
     key = key_of(question, identity_of(case))
     state = compute(Task(folder, question, key, pickle.dumps(case), command_line(), seconds, {}, flags or {}))
     if state.status == "pending":

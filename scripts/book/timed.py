@@ -1,4 +1,4 @@
-"""Cases that are computed in processes of their own, with the processor time that each takes."""
+"""Cases that are computed in separate processes, with the processor time that each takes."""
 
 from __future__ import annotations
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 OF_CASES = ("pairsim.cases.accuracy", "pairsim.computing.problems", "pairsim.computing.accuracy")
-"""What makes meshes and tolerances of the keys of a case."""
+"""The modules that derive meshes and tolerances from the keys of a case."""
 
 
 def physics(*laws: str) -> tuple[str, ...]:
-    """The physics, with those laws alone whose files have these names; all without any."""
+    """The physics, with the laws whose files have these names; with all laws if none is named."""
     return (f"pairsim.physics[{','.join(laws)}]" if laws else "pairsim.physics", "pairsim.fem[-azimuthal]")
 
 
@@ -17,7 +17,7 @@ def solvers(*names: str) -> tuple[str, ...]:
 
 
 def steady(*laws: str) -> tuple[str, ...]:
-    """Quasi-steady solutions of cases with their half-widths, of the laws whose files have these names."""
+    """What quasi-steady solutions of cases and their half-widths depend on, with the laws whose files are named."""
     packages = solvers("curves", "errors", "nonlinear", "steady")
     modules = solvers("goals", "mesh_transfer", "meshed_scene", "parameters", "pressure_drop", "problems", "solution")
     asked = ("pairsim.computing.steady", "pairsim.questions.curve.parts")  # whose goals decide on cells
@@ -25,7 +25,7 @@ def steady(*laws: str) -> tuple[str, ...]:
 
 
 def off_axis(*laws: str) -> tuple[str, ...]:
-    """Rates of particles off the axis with their half-widths, of the laws whose files have these names."""
+    """What rates of particles off the axis and their half-widths depend on, with the laws whose files are named."""
     packages = solvers("errors", "focus", "nonlinear", "steady")
     modules = solvers("mesh_transfer", "meshed_scene", "parameters", "problems")
     asked = ("pairsim.computing.off_axis", "pairsim.questions.focus")
@@ -33,6 +33,6 @@ def off_axis(*laws: str) -> tuple[str, ...]:
 
 
 def in_time(*laws: str) -> tuple[str, ...]:
-    """Runs in time, of the laws whose files have these names."""
+    """What runs in time depend on, with the laws whose files are named."""
     packages = solvers("nonlinear", "stepping", "transient")
     return (*physics(*laws), *packages, *solvers("mesh_transfer", "meshed_scene", "parameters", "problems"))

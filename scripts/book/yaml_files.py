@@ -9,7 +9,7 @@ from ruamel.yaml import YAML
 
 
 def read(path: Path) -> Any:
-    """The content of a file; an anchor may be used for several entries in turn."""
+    """The content of a file; an anchor may be defined anew for later entries."""
     reader = YAML(typ="safe", pure=True)
     reader.composer.warn_double_anchors = False
     return reader.load(path.read_text(encoding="utf-8"))

@@ -1,4 +1,4 @@
-"""Wall time against error: what each accuracy costs and leaves, beside the discretisation of the paper."""
+"""Wall time against error: the cost of each accuracy and the error it leaves, beside the paper's discretisation."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The atlases that ship beside curves and single distances that they were not made of."""
+"""The atlases that ship against curves, and single distances, from which they were not made."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Balances of mass, force and energy on written fields, by a program of its own."""
+"""Balances of mass, force and energy on written fields, by an independent program."""
 
 from pathlib import Path
 

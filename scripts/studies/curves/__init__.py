@@ -1,4 +1,4 @@
-"""Whether dU of curves at random is inside its half-widths, and their accuracy kept or said to be missed."""
+"""Whether dU of random curves is inside its half-widths, and whether their accuracy is kept or said to be missed."""
 
 from pathlib import Path
 

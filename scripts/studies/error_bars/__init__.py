@@ -1,4 +1,4 @@
-"""Whether half-widths hold errors on given meshes, coarse and fine, and in time."""
+"""Whether half-widths hold the errors on given meshes, coarse and fine, and those of runs in time."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""A rigid bead off the axis in three dimensions, by a program without anything of pairsim, beside `pairsim focus`."""
+"""A rigid bead off the axis in three dimensions, by an independent program, beside `pairsim focus`."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Maps of the beads and pairs that stay on the axis, and of how fast they do."""
+"""Maps of the beads and pairs that stay on the axis, and of how fast they return to it."""
 
 from pathlib import Path
 

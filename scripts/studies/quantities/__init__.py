@@ -1,4 +1,4 @@
-"""Whether the printed quantities of one particle are inside their half-widths, and kept or said."""
+"""Whether quantities printed of one particle are inside half-widths, and their accuracy kept or said to be missed."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""What streams of beads do, beside what is exact of them and what others have found."""
+"""What streams of beads do, against exact results and what others have found."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Whether growth rates of infinite trains are inside their half-widths, and those that runs in time show."""
+"""Whether growth rates of infinite trains are inside their half-widths, beside those that runs in time show."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Whether the atlases that ship know dU of unequal pairs as well as they say."""
+"""Whether dU of unequal pairs by the atlases that ship is inside its half-widths."""
 
 from pathlib import Path
 
