@@ -41,7 +41,7 @@ class Arrivals:
             count: Number of particles.
 
         Returns:
-            Initial distances between facing surfaces from upstream [D_c], shape (count - 1,), and deviations as of
+            Initial distances between facing surfaces from upstream [D_c], shape (count - 1,), and the result of
             `parts`.
         """
         parts = self.parts(random, count)

@@ -21,7 +21,7 @@ class TravelInUnits:
     """Time and length of tube between two distances as quantities; as text the answer of `pairsim travel`.
 
     Attributes:
-        numbers: The same as numbers in D_c and D_c/U_av; it says what each attribute means.
+        numbers: The same as numbers in D_c and D_c/U_av, with the meaning of each attribute.
         scales: The units of the case.
     """
 
@@ -73,7 +73,7 @@ class TravelInUnits:
 
     @property
     def forgotten(self) -> Any:
-        """Distance from which on a pair that starts at the first one follows the curve; None where it is not known."""
+        """Distance from which a pair that starts at the first one follows the curve; None where it is not known."""
         return quantity(LENGTH, self.numbers.forgotten, self.scales)
 
     @property
@@ -95,7 +95,7 @@ class CurveInUnits:
     scales: Scales
 
     def __call__(self, d: Any, gap: int = 1) -> tuple[Any, Any]:
-        """dU and the half-width of its interval, as of `Curve`."""
+        """dU and the half-width of its interval, as a call of `Curve` returns them."""
         dU, half_width = self.curve.numbers(d, gap)
         return quantity(VELOCITY, dU, self.scales), quantity(VELOCITY, half_width, self.scales)
 

@@ -19,7 +19,7 @@ from pairsim.runtime.arrays import Array, Flags
 from pairsim.solvers.curves.interpolant import hermite, slopes_of
 
 COVERED = 0.95  # fraction of the draws of the inputs that a range holds
-MANY = 1e-3  # fraction of the draws beyond an end of the atlas from which on this end is named; chosen
+MANY = 1e-3  # fraction of the draws beyond an end of the atlas from which this end is named; chosen
 FINE = 2000  # number of distances at which the signs of the ends of a range are examined; chosen
 
 

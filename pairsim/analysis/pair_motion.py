@@ -86,7 +86,7 @@ class Memory:
 
     @property
     def forgotten(self) -> float:
-        """Distance from which on the pair moves as the curve says, `FORGOTTEN` decay times after its start [D_c].
+        """Distance from which the pair moves as the curve says, `FORGOTTEN` decay times after its start [D_c].
 
         Infinite if it leaves the curve before.
         """

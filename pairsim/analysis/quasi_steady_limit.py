@@ -40,7 +40,7 @@ class Settled:
         return max(self.error, self.accuracy * abs(self.dU)) if error is None else error
 
     def allowed(self, error: float | None) -> float:
-        """Largest difference from dU of a run that the half-widths of both explain [U_av]; `error` as of `own`."""
+        """Largest difference from dU of a run that the half-widths of both explain [U_av]; `error` as in `own`."""
         return max(self.error + self.own(error), NOTHING)
 
     def decayed(self, t: float, dU: float, error: float | None) -> bool:

@@ -37,7 +37,7 @@ class Travel:
         length: Integral of U/dU dz with the mean velocity U of the pair: how far it travels along the tube [D_c].
         time_error: Half-width of the time [D_c/U_av]: its change if dU is at one end of its interval everywhere.
         length_error: Half-width of the length [D_c], in the same way.
-        forgotten: Distance from which on a pair that starts at the first one follows the curve [D_c]; see `Memory`.
+        forgotten: Distance from which a pair that starts at the first one follows the curve [D_c]; see `Memory`.
             None if it is not known.
         start_error: By how much a start from rest at the first distance may change the time [D_c/U_av]. It is no part
             of `time_error`, which is that of a pair that only passes there. None if the curve does not have it.

@@ -77,7 +77,7 @@ class UnequalPairs(Protocol):
         """Standard deviation of dU among pairs of a spread, at distances (n,) [D_c], shape (n,) [U_av]."""
 
     def decisive(self, spread: Spread) -> Mapping[str, float]:
-        """Relative difference of each property from which on its sign determines that of dU at every distance."""
+        """Relative difference of each property above which its sign determines that of dU at every distance."""
 
 
 @dataclass(frozen=True)
@@ -213,7 +213,7 @@ class PairsThatDiffer:
 
     @property
     def decisive(self) -> Mapping[str, float]:
-        """As of `UnequalPairs.decisive`."""
+        """The result of `UnequalPairs.decisive` for the spread."""
         return self.source.decisive(self.spread)
 
     def travel(self, start: float, stop: float, way: Way, scales: Scales | None = None) -> PairsTravel:

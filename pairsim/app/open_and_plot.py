@@ -1,6 +1,6 @@
 """Any folder of results: `open` and `plot`.
 
-What draws is imported where it is used: most commands end with one small picture.
+Code that draws is imported where it is used: most commands end with one small picture.
 """
 
 from __future__ import annotations

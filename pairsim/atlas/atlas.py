@@ -26,13 +26,13 @@ if TYPE_CHECKING:
 PARAMETERS = ("beta", "De", "Ca_e")
 SHIPPED = sorted(Path(__file__).parent.glob("*.npz"))  # made by the files of these names in configs/atlas
 VANISHING = (1, 2)  # of these: dU of equal pairs vanishes where De and Ca_e do
-BEND = 0.05  # De from which on dU bends: its coordinate is log(1 + De/BEND); chosen by curves left out
+BEND = 0.05  # De at which dU bends: the coordinate of De is log(1 + De/BEND); chosen by curves left out
 POWER = 4.0  # power of beta by which dU is divided: about that with which dU grows
 SLACK = 1e-9  # part of a range by which a value may be outside by rounding
 UNSURE = 0.1  # half-width of a curve over its peak above which, at any distance, its derivatives are not used; chosen
 SMOOTH = np.array([1.5, 1.0, 1.5])  # correlation lengths of the quantities of a curve beside dU; chosen
 ERROR_OF_OTHERS = 1e-4  # error of these quantities, over their standard deviation among the curves; chosen
-ENOUGH = 8  # curves with a derivative by the difference of diameters, from which on it is interpolated; chosen
+ENOUGH = 8  # least number of curves with a derivative by the difference of diameters to interpolate this; chosen
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ class Interpolated:
 
 
 class Provenance(TypedDict):
-    """What is known of the curves of an atlas."""
+    """The origin of the curves of an atlas."""
 
     pairsim: str  # version that made it
     case: Mapping[str, Plain]  # keys that its cases share
@@ -111,7 +111,7 @@ class Atlas:
     box: Mapping[str, Sequence[float]]  # least and largest beta, De, Ca_e and d
     provenance: Provenance
     d: Array  # distances of the curves, ascending [D_c], shape (distances,)
-    settings: Array  # as of `Curves.kriging`
+    settings: Array  # see `Curves.kriging`
     widths: Array  # factors from the standard deviation of dU to the half-width of its interval, (distances,)
     curves: Curves  # those that it is made of
     unequal: Unequal | None = None  # pairs whose beads differ; None if it has none
@@ -234,7 +234,7 @@ class Atlas:
         return dU, np.hypot(size * spread[:, None] * self.widths, np.abs(dU).max(axis=1, keepdims=True) * own)
 
     def with_slopes(self, places: ArrayLike) -> Array:
-        """dU and its derivatives by beta, De and Ca_e, (4, places, distances); places as of `velocities`."""
+        """dU and its derivatives by beta, De and Ca_e, (4, places, distances); places as in `velocities`."""
         places = np.asarray(places, dtype=float)
         (x, slopes), beta = scaled(self.box, places), places[:, :1]
         values = self.dU(x)[0] * beta**POWER

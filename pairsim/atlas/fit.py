@@ -12,7 +12,7 @@ from pairsim.atlas.atlas import PARAMETERS, POWER, Atlas, Curves, Provenance
 from pairsim.runtime.arrays import Array
 
 COVERED = 0.95  # fraction of all errors that intervals hold
-ENOUGH = 20  # curves at random places from which on half-widths follow from these alone; the quantile needs 19
+ENOUGH = 20  # curves at random places with which half-widths follow from these alone; the quantile needs 19
 NEIGHBOURS = 2  # distances on either side of a distance whose errors count for the half-width there
 FIRST = (1.0, 1.0, 1.0, 3e-3, 0.4, 2e-2, 2e-2)
 """First guess of the settings.
@@ -32,7 +32,7 @@ def fit(curves: Curves, d: Array, box: Mapping[str, Sequence[float]], provenance
         curves: At least four.
         d: Their distances, shape (distances,).
         box: Least and largest beta, De, Ca_e and d.
-        provenance: What is known of them.
+        provenance: Their origin.
     """
 
     def badness(logs: Array) -> float:

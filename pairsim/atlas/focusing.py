@@ -34,7 +34,7 @@ NEAR_ENOUGH = 1e-6  # tolerance of the largest De, over the range in which it is
 
 @dataclass(frozen=True)
 class Row:
-    """What focusing.csv has for one diameter.
+    """The row of focusing.csv for one diameter.
 
     Attributes:
         beta: Diameter [D_c].
@@ -124,8 +124,8 @@ class FirstOrderFocusing:
             liquid: The liquid.
 
         Returns:
-            None where there is no first order, as of a rigid bead in a Newtonian liquid, in a liquid whose viscosity
-            depends on the shear rate however slow the flow is, of a viscous solid, or outside of the table.
+            None where there is no first order: for a rigid bead in a Newtonian liquid, in a liquid whose viscosity
+            depends on the shear rate however slow the flow is, for a viscous solid, or outside of the table.
         """
         row = Row.at(beta)
         Ca_e = float(solid.Ca_e) if solid is not None else 0.0

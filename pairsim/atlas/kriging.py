@@ -51,11 +51,11 @@ class Kriging:
     """Functions of the same parameters that are known at the same places."""
 
     places: Array  # places, shape (n, p)
-    lengths: Array  # as of `covariance`, shape (p,)
+    lengths: Array  # as in `covariance`, shape (p,)
     known: Indices  # indices of the data among function and derivatives (1 + p) at all places (n), flattened, (data,)
     weights: Array  # of the data in each function, shape (data, functions)
     root: Array  # inverse of the Cholesky factor of the covariance of the data, lower triangular, (data, data)
-    vanishing: Sequence[int]  # as of `covariance`
+    vanishing: Sequence[int]  # as in `covariance`
 
     @classmethod
     def of(cls, places: Array, data: Array, errors: Array, lengths: Array, vanishing: Sequence[int]) -> Kriging:
@@ -65,7 +65,7 @@ class Kriging:
             places: Places, shape (n, p).
             data: Values and derivatives of each function, shape (1 + p, n, functions); nan where not known.
             errors: Standard errors of the data over the standard deviation of g, shape (1 + p, n).
-            lengths, vanishing: As of `covariance`.
+            lengths, vanishing: As in `covariance`.
         """
         n = data.shape[0] * data.shape[1]
         known = np.flatnonzero(np.isfinite(data).all(axis=2))

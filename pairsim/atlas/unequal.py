@@ -26,7 +26,7 @@ DIMENSIONS = 5  # beta, De and Ca_e (means), and the two differences
 DIFFERENCES = (3, 4)  # the places of these two, with which the rest vanishes
 OF_DIAMETERS = 0.1  # unit of the difference of the diameters; that of Ca_e is the largest Ca_e of the box
 NEIGHBOURS = 3  # distances on either side over which a median is taken
-ROUNDING = 1e-3  # part of a ratio by which it may be outside, as of numbers with few digits
+ROUNDING = 1e-3  # part of a ratio by which it may be outside, as numbers may have few digits
 POWER_OF_REST = 2.0  # power of beta by which the rest is divided: that with which the effect of a difference grows
 
 
@@ -73,7 +73,7 @@ class Beads(NamedTuple):
 class UnequalCurves:
     """Master curves of unequal pairs at the distances of an atlas."""
 
-    betas: Array  # as of `Beads`
+    betas: Array  # as in `Beads`
     De: Array
     Ca_es: Array
     random: Flags  # whether they were drawn at random among all pairs of the atlas, shape (curves,)
@@ -95,7 +95,7 @@ class UnequalCurves:
 
 @dataclass(frozen=True)
 class Unequal:
-    """What an atlas has of pairs whose beads differ, beside its curves of equal ones."""
+    """The pairs whose beads differ in an atlas, which has curves of equal ones, too."""
 
     ratios: Mapping[str, Sequence[float]]  # least and largest ones of the "diameters" and "moduli", leading to trailing
     settings: Array  # correlation lengths (DIMENSIONS), errors of values, of derivatives, and of those of equal pairs
@@ -121,7 +121,7 @@ class Unequal:
 
 @dataclass(frozen=True)
 class UnequalAtlas:
-    """An atlas with what it has of unequal pairs, which answers for them."""
+    """An atlas together with its unequal pairs, for which it answers."""
 
     equal: Atlas
     unequal: Unequal
@@ -150,7 +150,7 @@ class UnequalAtlas:
         return np.concatenate([x, beads.differences / units], axis=1), np.concatenate([slopes, by], axis=1)
 
     def data_of(self, curves: UnequalCurves) -> tuple[Array, Array]:
-        """Coordinates of the data of the rest, those of equal pairs first, and the data as of `Kriging.of`.
+        """Coordinates of the data of the rest, those of equal pairs first, and the data as for `Kriging.of`.
 
         The values of each curve at its largest distance are subtracted from it: beads are on their own there, and
         errors of derivatives that are the same at all distances vanish with them.
@@ -170,7 +170,7 @@ class UnequalAtlas:
         return np.concatenate(x), np.concatenate([of_equal, rest], axis=1)
 
     def kriging(self, places: Array, data: Array, settings: Array) -> Kriging:
-        """The kriging of the rest from data, as of `data_of`; settings are those of `Unequal`."""
+        """The kriging of the rest from data, as from `data_of`; settings are those of `Unequal`."""
         of_values, of_derivatives, of_equal = settings[DIMENSIONS:]
         errors = np.full(data.shape[:2], of_derivatives)
         errors[0], errors[:, : len(self.equal.curves.places)] = of_values, of_equal

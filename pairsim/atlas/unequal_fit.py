@@ -16,7 +16,7 @@ from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 
 CLOSE = 0.01  # tolerance of the logarithms of settings, and of what is minimised; chosen
-LEAST = 4  # number of curves from which on half-widths can follow from those left out; chosen
+LEAST = 4  # least number of curves with which half-widths can follow from those left out; chosen
 FIRST = (3.0, 1.0, 3.0, 5.0, 5.0, 3e-3, 5e-2, 0.5)
 """First guess of the settings of `Unequal`."""
 FIRST_OF_BEADS = (4.0, 0.4, 2.0, 1e-5, 3e-2)
@@ -34,7 +34,7 @@ def with_unequal(
         atlas: That of equal pairs.
         curves: Unequal curves in its box, at least `LEAST`.
         singles: beta, De and Ca_e of single beads, (beads, 3), and their velocities [U_av], (beads,).
-        ratios: As of `Unequal`.
+        ratios: As in `Unequal`.
 
     Raises:
         InputError: The curves are too few, or the atlas has no derivatives by the difference of the diameters.

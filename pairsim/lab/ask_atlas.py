@@ -66,8 +66,8 @@ def ask(
             which replace those of `case`.
 
     Returns:
-        A curve, as of `pairsim.curve`, with `findings()`, `dU(d)` and `travel(start, stop)`. What half-widths of
-        quantities, such as `modulus="1.5 +- 0.3 kPa"`, change is computed by Monte Carlo on the atlas:
+        A curve, as from `pairsim.curve`, with `findings()`, `dU(d)` and `travel(start, stop)`. The effect of
+        half-widths of quantities, such as `modulus="1.5 +- 0.3 kPa"`, is computed by Monte Carlo on the atlas:
         `record["dU_inputs"]` has the ends, `least` and `largest` [um/s], of the range that holds dU for 95 % of the
         draws at distances `d` [D_c], and the fraction of draws `outside` of the atlas.
 

@@ -83,7 +83,7 @@ class _Draws:
 
     @classmethod
     def of(cls, case: SceneCase, numbers: Mapping[str, Array], atlas: Atlas) -> Self:
-        """The pairs of a case with draws of the numbers that differ from draw to draw, as of `cases.inputs.drawn`."""
+        """The pairs of a case with draws of the numbers that differ from draw to draw, see `cases.inputs.drawn`."""
         given = {"beta": case.betas, "De": (case.De,), "Ca_e": case.Ca_es}
         each = {name: _of_draws(numbers.get(name), own) for name, own in given.items()}
         if differ(case) and (unequal := atlas.of_unequal) is not None:

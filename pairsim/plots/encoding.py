@@ -72,7 +72,7 @@ class Encoding:
         return numbers, unit, ScalarMappable((LogNorm if wide else Normalize)(min(numbers), max(numbers)), ORDERED)
 
     def place(self, key: str, case: Parameters) -> int:
-        """Index of the value that a case has of a key, such as `panel`; 0 for an empty key."""
+        """Index of the value that a case has for a key, such as `panel`; 0 for an empty key."""
         return self.values[key].index(case.get(key)) if key else 0
 
     def look(self, case: Parameters) -> Look:

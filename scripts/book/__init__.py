@@ -1,1 +1,1 @@
-"""What the scripts that compute a study and write its page have in common: cases, results, statements, pages."""
+"""Shared code of the scripts that compute studies and write their pages: cases, results, statements, pages."""

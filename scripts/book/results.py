@@ -1,4 +1,4 @@
-"""Stored results of a study: rows of its parts in one CSV file, each with the name of the code that it depends on."""
+"""Stored results of a study: rows of its parts in one CSV file, with hashes of the code that each part depends on."""
 
 from __future__ import annotations
 

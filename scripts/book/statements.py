@@ -4,8 +4,8 @@
     repels = statements.of_sign(curve, +1, low=0.1)
     repels.verdict, repels.numbers        # ("holds", "least dU from d = 0.1 to 0.4: 1.2e-04 ± 2e-06 at 0.4")
 
-A value is a number with the half-width of its interval. A statement is a list of margins: the amounts by which what is
-stated holds, negative where it does not.
+A value is a number with the half-width of its interval. A statement is a list of margins, the amounts by which its
+conditions hold; they are negative where these do not.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class Judged:
     """A statement and what results say of it.
 
     Attributes:
-        margins: By how much what is stated holds, each with its error; all must be positive for the statement to hold.
+        margins: The amounts by which its conditions hold, each with its error; it holds if all exceed their errors.
         numbers: The numbers that were looked at, as text.
     """
 

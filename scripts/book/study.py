@@ -1,7 +1,7 @@
 """Studies: what is computed in parts, stored row by row, and judged.
 
 A study is a folder of scripts/studies whose package has a `STUDY`. `scripts/study` computes its parts, stores their
-rows with the name of the code that they depend on, says which statements hold, and writes its page.
+rows with a hash of the code that they depend on, says which statements hold, and writes its page.
 """
 
 from __future__ import annotations

@@ -171,7 +171,7 @@ units.__signature__ = _signature()  # type: ignore[attr-defined]
 
 
 def _listener() -> Any:
-    """What prints sentences as they become known: what was read and fitted, and on stderr what is being done."""
+    """A listener that prints sentences at once: what was read and fitted, and on stderr what is being done."""
     from pairsim.lab.rheometer.rheology_of_case import Listener
 
     class Printer(Listener):

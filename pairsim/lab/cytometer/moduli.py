@@ -141,7 +141,7 @@ def _flow(meta: Head, file: CytometerFile, carrier: str | None, celsius: float |
 
 
 def _concentration(name: str, file: CytometerFile, carrier: str | None) -> float:
-    """Concentration of the carrier; where its name is unknown, the message says where it was given."""
+    """Concentration of the carrier [% of the mass]; an InputError for an unknown name says where it was given."""
     try:
         return concentration(name)
     except InputError as error:

@@ -38,7 +38,7 @@ type Stored = str | bytes | float | np.generic | Array
 
 @dataclass(frozen=True)
 class CytometerFile:
-    """What was read from a file.
+    """The content of a cytometer's file, as far as moduli depend on it.
 
     Attributes:
         path: The file.

@@ -23,9 +23,9 @@ from pairsim.runtime.arrays import Array
 
 NORMAL = float(scipy.stats.norm.ppf(0.975))  # half-width of an interval of 95 % over the standard deviation
 FINE = 240  # intervals of time in which changes of a motion are integrated; chosen
-MODES = (1.0, 2.0, 4.0, 8.0)  # decay rates of what is left of the start, in units of the slowest one; chosen
+MODES = (1.0, 2.0, 4.0, 8.0)  # decay rates of the start-up transient, in units of the slowest one; chosen
 NEARLY_ALL = 0.99  # part of the variance of the atlas's errors, without their common part, that is kept; chosen
-START = 0.02  # standard deviation of what is left of the start, for each rate [D_c]; runs from rest have up to 0.008
+START = 0.02  # standard deviation of the transient at each of these rates [D_c]; runs from rest have up to 0.008
 SHORTEST = 1e-3  # decay time that is distinguished from 0 [D_c/U_av]
 OF_DERIVATIVE = 0.03  # relative half-width of the derivative by the difference of diameters, by curves left out
 MOST_DEVIATIONS = 8.0  # standard deviations of the difference of the diameters, at most, from its given value; chosen
@@ -131,8 +131,8 @@ class FilmModel:
     def states(self) -> Array:
         """Least and largest values of the state, shape (states, 2).
 
-        The state is the distance at the first frame of each film [D_c], of the motion without what is left of its
-        start, and, unless the difference of the diameters is known, the deviation of this over its standard deviation.
+        The state is the distance at the first frame of each film [D_c], for the motion without a start-up transient,
+        and, unless the difference of the diameters is known, the deviation of this over its standard deviation.
         """
         d = self.atlas.d
         return np.array([[d[0], d[-1]]] * len(self.films) + [[-MOST_DEVIATIONS, MOST_DEVIATIONS]] * self.differs)
@@ -162,7 +162,7 @@ class FilmModel:
         return self._places[key]
 
     def changes(self, numbers: Mapping[str, float], state: Array) -> Changes:
-        """Residuals and what changes them, at values of the unknown numbers, by name, and a state as of `states`."""
+        """Residuals and what changes them, at values of the unknown numbers, by name, and a state as in `states`."""
         paths = self._paths(numbers, state)
         common = [np.concatenate(each) for each in zip(*(path.parts() for path in paths), strict=True)]
         own = scipy.linalg.block_diag(*(path.left_of_start() for path in paths))
@@ -287,7 +287,10 @@ class Path:
         return [*columns, self.shifts(errors / NORMAL)]
 
     def left_of_start(self) -> Array:
-        """What may be left of the start: exponentials with the rates of `MODES`, shape (frames, rates)."""
+        """Start-up transients that the film may still contain: exponentials with the rates of `MODES`, (frames, rates).
+
+        Each is one standard deviation; the slowest decays with the decay time at the first distance.
+        """
         slowest = self.place.curve.interpolated(self._columns[T_RELAX], self.start)
         return np.asarray(START * np.exp(-np.outer(self.seen.times / max(slowest, SHORTEST), MODES)))
 

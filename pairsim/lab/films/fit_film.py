@@ -61,8 +61,8 @@ class FilmFit:
         times: Times of the frames that were used [s], shape (frames,); of several films, one after the other.
         distances: Distances between the surfaces in these frames [um], of the same shape.
         fitted: Those of the model [um], of the same shape.
-        alike: Correlation of the residuals of neighbouring frames, after what errors of the atlas and other uncertain
-            inputs explain was taken off.
+        alike: Correlation of the residuals of neighbouring frames, which do not contain what errors of the atlas and
+            other uncertain inputs explain.
         cut: The quantities whose interval ends because the atlas does.
         parts: Contribution of each uncertain input, by name, to the half-width of each quantity, over its value and to
             first order: the root of the difference of the squares of the half-widths with the input as uncertain as it
@@ -155,13 +155,13 @@ def fit(
 ) -> FilmFit:
     """Fit quantities of an experiment to a film of two beads of one material, whose diameters may differ slightly.
 
-    The model is the motion along the curve of an atlas from an unknown first distance, with what is left of the start:
-    a sum of exponentials in time, with the slowest decay time at the values that are tried, and shorter ones. The
-    intervals contain all that is not known exactly: noise, which follows from the scatter of the film; quantities of
-    the case with half-widths; the size of a pixel; the atlas; and the difference of the two diameters, which is unknown
-    unless the case has `particle_difference`. Intervals are those of the profile likelihood (Bates and Watts 1988,
-    chapter 6). Where values on both sides of a turning point give nearly the same film, the limit of the sum of squares
-    is that of two numbers.
+    The model is the motion along the curve of an atlas from an unknown first distance, with a start-up transient: a sum
+    of exponentials in time, with the slowest decay time at the values that are tried, and shorter ones. The intervals
+    contain all that is not known exactly: noise, which follows from the scatter of the film; quantities of the case
+    with half-widths; the size of a pixel; the atlas; and the difference of the two diameters, which is unknown unless
+    the case has `particle_difference`. Intervals are those of the profile likelihood (Bates and Watts 1988, chapter 6).
+    Where values on both sides of a turning point give nearly the same film, the limit of the sum of squares is that of
+    two numbers.
 
     Args:
         film: Table with times and distances, columns such as "t [s]" and "d [um]", or of a tracker; see `film_of`.

@@ -21,7 +21,7 @@ from pairsim.runtime.errors import InputError
 LEAST = 1e-3  # least value of an unknown number over the largest one in the atlas: it counts as 0
 PLACES = {1: 60, 2: 16}  # grid points for each of one or two unknown numbers, to find all minima; chosen
 EXACT = 1e-4  # least noise of distances that is assumed [D_c]; chosen
-FAR = 5.0  # standard deviations from which on a frame is an outlier: one of two million by chance
+FAR = 5.0  # standard deviations beyond which a frame is an outlier: one of two million by chance
 OUTLIERS = 0.1  # largest fraction of frames that may be outliers; chosen
 ROUNDS = 4  # in which noise and outliers are determined, at most
 SAME = 0.02  # relative change of the noise below which these rounds end; chosen
@@ -105,7 +105,7 @@ class Search:
 
     @property
     def freedom(self) -> float:
-        """Degrees of freedom: the number of frames that count, less that of what is fitted to them.
+        """Degrees of freedom: the number of frames that count, minus that of the values fitted to them.
 
         Nuisance parameters count as far as the films determine them.
         """

@@ -26,7 +26,7 @@ class Fitted(NamedTuple):
         cost: Sum of squares of the residuals over their noise, and of the deviations of all nuisance parameters over
             their standard deviations.
         logs: Logarithms of the unknown numbers, shape (numbers,).
-        state: As of `FilmModel.states`, shape (states,).
+        state: The state, see `FilmModel.states`, shape (states,).
         changes: Residuals and derivatives at these.
         parts: Deviation of each nuisance parameter over its standard deviation, shape (parameters,).
     """

@@ -280,7 +280,7 @@ def usual_limits(least: float, off: Array, gap: Array) -> Array:
 
     Args:
         least: The least that any of them may be.
-        off: Deviations, as of `deviations`.
+        off: The result of `deviations`.
         gap: Times between frames, in any unit.
     """
     return np.maximum(least, USUAL * np.median(off / gap) * gap)

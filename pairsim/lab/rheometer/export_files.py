@@ -181,7 +181,7 @@ def _unfit(section: Section, chosen: bool) -> str:
 
 
 def _apart(kind: str, one: Section, other: Section) -> float:
-    """By how much two sections differ, infinite where one cannot be read."""
+    """The result of `difference` for two sections; infinite if one of them cannot be read."""
     try:
         return difference(kind, one, other)
     except ValueError:
@@ -189,7 +189,7 @@ def _apart(kind: str, one: Section, other: Section) -> float:
 
 
 def _by(apart: float) -> str:
-    """By how much a section differs from the one with the widest range, in words."""
+    """The difference of a section from the one with the widest range of rates, in words; "" if it is small."""
     if np.isinf(apart):
         return " (cannot be compared)"
     if np.isnan(apart):

@@ -54,7 +54,7 @@ SAME = 0.1  # largest logarithm of the ratio of such products; chosen: correctio
 SURE = 0.03  # the same where a missing unit follows from it; chosen
 HELD = {"stress": 0.002, "rate": 0.01}  # relative difference below which values are of one setting; chosen
 ABOUT = 0.05  # the same for rates while an instrument adjusts them; chosen
-CHANGES = 2.0  # ratio of the largest to the least value at one setting from which on it changes there; chosen
+CHANGES = 2.0  # ratio of the largest to the least value at one setting from which it counts as changing; chosen
 MOST_KELVIN = 5.0  # range of temperatures over which a curve still counts as one of a single liquid; chosen
 
 

@@ -155,7 +155,7 @@ def _unknowns(law: type[Material], modes: int, data: Measured) -> dict[str, tupl
 def _given_and_unknown(
     law: type[ViscousLaw | ConformationLaw], modes: int, data: Measured, given: Mapping[str, float]
 ) -> tuple[dict[str, float], dict[str, tuple[float, float, float]]]:
-    """The numbers of a law that are given, and the bounds and first guesses of the others; ValueError as of `Fit`."""
+    """The numbers of a law that are given, and the bounds and first guesses of the others; ValueError as in `Fit`."""
     keys = {name: of.key if of else name for name, of in dimensions_of(law).items()}
     known = {name: given[key] for name, key in keys.items() if key in given}
     unknown = {name: each for name, each in _unknowns(law, modes, data).items() if name not in known}

@@ -24,7 +24,7 @@ SPARSE, OF_SPARSE = 12, 0.05  # number of points below which the scatter is at m
 
 @dataclass(frozen=True)
 class Measured:
-    """What was measured.
+    """Measured flow curve and moduli of a liquid.
 
     Attributes:
         rate: Shear rates of the flow curve [1/s], (n,).

@@ -34,7 +34,7 @@ from pairsim.runtime.errors import Argument, InputError
 ROUNDED = 1e-4  # part of a number that is lost where it is rounded to four digits
 PLUS_MINUS = " +- "
 APART = 0.1  # logarithm of the ratio of two viscosities at rest above which files do not agree; chosen
-UNKNOWN = 10.0  # ratio of the ends of an interval from which on a number is said to be hardly known; chosen
+UNKNOWN = 10.0  # ratio of the ends of an interval above which a number is said to be hardly known; chosen
 ALL = {of.key: of for law in LAWS.values() for of in dimensions_of(law).values() if of is not None}
 """The measurable quantities of liquids, by their keys in the `physical` block."""
 
@@ -140,7 +140,7 @@ def _fitted(data: Measured, names: list[str], given: Mapping[str, float], listen
 
 
 def _stopped(found: Sequence[Fit], left: Sequence[str]) -> str:
-    """What is known of the best law when fits are interrupted."""
+    """A sentence on the best law so far when fits are interrupted."""
     if not found:
         return "fit: stopped before the first law was fitted"
     best = found[0]
@@ -250,7 +250,7 @@ def _interval(number: Number, factor: float = 1.0) -> str:
 
 
 def sentences(fits: Sequence[Fit], data: Measured, chosen: bool = False) -> list[str]:
-    """The best fit in words, with the intervals of its numbers, and what the data do not tell."""
+    """The best fit in words, with the intervals of its numbers, and warnings of what the data do not determine."""
     best, *others = fits
     _, _, intervals = keys_of(best)
     numbers = ", ".join(f"{key} = {value} ({intervals.get(key, 'given')})" for key, value in _values(best).items())

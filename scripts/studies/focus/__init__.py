@@ -1,4 +1,4 @@
-"""Particles displaced from the axis: limits of small spheres, what is of first order, and spheres in a square duct."""
+"""Particles displaced from the axis: limits of small spheres, rates to first order, and spheres in a square duct."""
 
 from pathlib import Path
 

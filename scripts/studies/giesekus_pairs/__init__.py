@@ -1,4 +1,4 @@
-"""Critical distances of rigid pairs in Giesekus liquids beside what a publication says of them."""
+"""Critical distances of rigid pairs in Giesekus liquids against the statements of a publication."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Whether rows of beads that differ move as the model of rows says."""
+"""Whether rows of beads that differ move as the model of rows predicts."""
 
 from pathlib import Path
 
