@@ -55,7 +55,7 @@ def _branches(table: Table, number: Column) -> Iterator[Line]:
     kinds, branches, stable = table[KIND], table[BRANCH], table[STABLE]
     for first, second in itertools.pairwise(range(table.rows)):
         if branches[first] == branches[second]:
-            end = second if kinds[first] == "vanishes" else first  # stable or not is undefined at a fold: the other end decides
+            end = second if kinds[first] == "vanishes" else first  # at a fold it is neither: the other end decides
             x, y = (table[column][[first, second]] for column in (number, D_CR))
             yield Line(0, x, y, look={"linestyle": "-" if stable[end] else "--"})
 

@@ -51,7 +51,7 @@ class Film:
     lines: Indices
 
     def gaps(self, diameter: float) -> Array:
-        """Distances between the surfaces of two beads of one diameter [m], shape (frames,) [m].
+        """Distances [m] between the surfaces of two beads of the same diameter [m], shape (frames,).
 
         Raises:
             InputError: Centres are nearer than a diameter, or jump; distances are so large that their unit must be

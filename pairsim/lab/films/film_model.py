@@ -41,7 +41,7 @@ class Seen:
         distances: Distances between the surfaces [D_c], of the same shape.
         centres: Distances between the centres [D_c] if the film has these; None if it has those between the surfaces.
         pixel: Relative half-width of the size of a pixel, 0 where it is known or not used.
-        exchanged: Whether the beads have changed places, or the flow its direction, since the first film.
+        exchanged: Whether the beads have exchanged places, or the flow was reversed, relative to the first film.
     """
 
     times: Array
@@ -58,7 +58,7 @@ class Uncertain:
     Attributes:
         name: Its key in the `physical` block.
         half_width: Relative half-width of its interval of 95 %.
-        powers: Its powers in beta, De and Ca_e, and in the scales of length and velocity, by the names of these.
+        powers: Exponents of the quantity in beta, De and Ca_e, and in the scales of length and velocity, by name.
     """
 
     name: str
@@ -189,7 +189,7 @@ class FilmModel:
     def errors(self) -> Array:
         """Functions of the distance by which errors of the atlas are modelled, shape (functions, distances).
 
-        Their sum, each times an independent normal factor of variance 1, changes with the distance as the errors over
+        The sum of all, each times an independent normal factor of variance 1, varies with the distance as errors over
         their standard deviations do. One function is constant, so that errors which are the same at all distances are
         not underestimated. Of the others those that matter are kept, scaled such that their sum has variance 1.
         """

@@ -65,8 +65,8 @@ class FilmFit:
             other uncertain inputs explain.
         cut: The quantities whose interval ends because the atlas does.
         parts: Contribution of each uncertain input, by name, to the half-width of each quantity, over its value and to
-            first order: the root of the difference of the squares of the half-widths with the input as uncertain as it
-            is, and exactly known; "noise" is what would remain if all were known.
+            first order: the root of the difference of the squares of the half-widths with the input uncertain and with
+            it exactly known; "noise" is what would remain if all were known.
         equal: As `values`, for beads whose diameters are equal; empty where their difference is given.
         difference: Difference of the diameters, leading less trailing over their mean, and its half-width, as fitted.
         left_out: Number of frames that were left out as outliers.
@@ -295,10 +295,11 @@ def _model_of(
 def _case_of(
     case: AnyCase, unknown: Sequence[str], file: Path | str | None
 ) -> tuple[Atlas, SceneCase, list[str], tuple[float, float]]:
-    """The atlas, a case of two equal beads, and what of the given case is not in it.
+    """The atlas and the case for a fit.
 
-    The unknown numbers of the case that is returned are in the middle of the atlas. Not in it are the units of the
-    answers, and the difference of the diameters over their mean with its half-width, which are returned last.
+    Returns:
+        The atlas; the case, made one of two equal beads whose unknown numbers are in the middle of the atlas; the units
+        of the answers; and the difference of the diameters over their mean with its half-width.
 
     Raises:
         InputError: The case has no units, or the atlas has no answer.

@@ -44,7 +44,13 @@ class Search:
 
     @classmethod
     def of(cls, model: FilmModel, numbers: Sequence[str], noise: float = 0.0) -> Search:
-        """The search with noise and outliers by the best motion; a first guess of the noise [D_c] saves time."""
+        """Set up the search; noise and outliers are determined by the residuals of the best motion, in rounds.
+
+        Args:
+            model: The model of the films.
+            numbers: Names of the unknown numbers.
+            noise: First guess of the noise [D_c], which saves time; 0 for none.
+        """
 
         def at(logs: Array) -> dict[str, float]:
             return dict(zip(numbers, np.exp(logs).tolist(), strict=True))
