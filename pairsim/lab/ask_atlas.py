@@ -51,7 +51,7 @@ def ask(
     progress: bool = False,
     **given: Any,
 ) -> Any:
-    """Tell what a pair of beads does: from an atlas of master curves, and therefore at once.
+    """Say at once what a pair of beads does, from an atlas of master curves.
 
     The beads may differ in size and modulus, by no more than the ratios of the atlas.
 

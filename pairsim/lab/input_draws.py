@@ -67,7 +67,7 @@ def _ends(values: Array) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class _Draws:
-    """The pairs that the draws of the inputs are in an atlas.
+    """The draws of the inputs as pairs of an atlas.
 
     Attributes:
         inside: Whether each is inside of the box and the ratios of the atlas, shape (draws,).

@@ -43,7 +43,7 @@ class CytometerFile:
     Attributes:
         path: The file.
         attributes: Its attributes as they are stored.
-        events: Values of the events by name, shape (m,) each; the temperatures may be of another number.
+        events: Values of the events by name, shape (m,) each; the number of temperatures may differ from m.
         others: Other files that it refers to for values of the events.
     """
 
@@ -207,7 +207,7 @@ def _why_closed(error: OSError) -> str:
 
 
 def _words_of_hdf5(error: OSError) -> str:
-    """The message of HDF5 in an error: the words in parentheses, all without these."""
+    """The message of HDF5 in an error: the words in parentheses, or all words if there are none."""
     words = str(error.args[-1]).replace("\n", " ")
     return words.partition("(")[2].removesuffix(")") or words
 

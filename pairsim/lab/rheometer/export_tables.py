@@ -32,7 +32,7 @@ COLUMNS: Mapping[str, Sequence[tuple[str, ...]]] = {
         *product(["frequency"], ["complex modulus", "storage", "loss", "complex viscosity"], ["factor", "phase"]),
     ],
 }
-"""The sets of columns with either of which a table has what its kind of file needs, the preferred ones first."""
+"""The sets of columns each of which suffices for a kind of file, the preferred ones first."""
 FEWEST = 5
 Places = dict[str, tuple[int, str]]  # by quantity, the place of its column, and the text of its heading after the name
 
@@ -247,7 +247,7 @@ def _sample_above(above: Sequence[str], part: _Part, parts: Sequence[_Part]) -> 
 
 
 def _split_again(line: str, row: list[str], names: int) -> list[str]:
-    """A row of numbers; if it lacks cells, it is split at blanks and tabs, provided that this gives one a heading."""
+    """A row; one of numbers alone that does not fit the headings is split at blanks and tabs if it then does."""
     if len(row) == names or not re.fullmatch(r"[-+\d.eEdD\s]*", line):
         return row
     again = line.split()
