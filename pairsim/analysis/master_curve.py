@@ -404,7 +404,7 @@ class Curve:
 
     @cached_property
     def unequal(self) -> PairsThatDiffer | None:
-        """The pairs that particles with a spread form; None if all are equal, or if no effect of this is known."""
+        """Pairs of particles that differ; None if all are equal, or if no effect of their differences is known."""
         return PairsThatDiffer.of(self.table, self.interpolant() if self.steady else None, self.record)
 
     @cached_property

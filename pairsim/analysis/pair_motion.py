@@ -1,4 +1,4 @@
-"""How a pair moves along its master curve: where it is after a time, and from where on it has forgotten its start."""
+"""How a pair moves along its master curve: where it is after a time, and at which distance its start is forgotten."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What `pairsim doctor` says of the installation: versions, places, and a small case that is computed."""
+"""The checks of the installation by `pairsim doctor`: versions, places, and a small case that is computed."""
 
 from __future__ import annotations
 

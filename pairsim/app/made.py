@@ -1,4 +1,4 @@
-"""A command made of a function, whose parameters are its arguments and options."""
+"""A command made from a function, whose parameters are its arguments and options."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The commands of questions, made of their records: check a case, and show its cost, or compute it."""
+"""The commands of questions, made from their records: check a case, and show its cost, or compute it."""
 
 from __future__ import annotations
 
@@ -162,6 +162,6 @@ def _end(result: Result, directory: Path, quiet: bool) -> NoReturn:
     with suppress(OSError):  # a terminal that is gone changes no exit code
         if quiet and code:
             typer.echo(result.message, err=True)
-        elif not quiet and directory.is_dir() and result.status == "finished":  # else the answer has it
+        elif not quiet and directory.is_dir() and result.status == "finished":  # else the answer has the advice
             typer.echo(result.advice, err=True)
     raise typer.Exit(code)

@@ -1,4 +1,4 @@
-"""The Python functions of questions, such as `pairsim.curve`, made of their records."""
+"""The Python functions of questions, such as `pairsim.curve`, made from their records."""
 
 from __future__ import annotations
 

@@ -45,7 +45,7 @@ class Curves:
     errors: Array  # half-widths of its intervals, of the same shape
     gradients: Array  # its derivatives by beta, De and Ca_e, nan where not known, shape (curves, 3, distances)
     others: Array  # mean velocity of the pair, derivative of the centres' distance by d, decay time, of the same shape
-    differences: Array  # derivative of dU by the relative difference of the diameters, nan where not known, as dU
+    differences: Array  # derivative of dU by the relative difference of diameters, nan where not known, shape as dU
 
     def __add__(self, other: Curves) -> Curves:
         return Curves(*map(np.concatenate, zip(vars(self).values(), vars(other).values(), strict=True)))

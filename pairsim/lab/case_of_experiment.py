@@ -30,7 +30,7 @@ class OfExperiment(NamedTuple):
     case: SceneCase
     quantities: dict[str, Any]  # of its `physical` block, as given or as derived from what was given
     keys: dict[str, Any]  # its other keys, likewise
-    fit: MeasuredLiquid | None  # the liquid that was fitted to files of a rheometer, if there were any
+    fit: MeasuredLiquid | None  # the liquid that was fitted to files of a rheometer; None without such files
 
 
 def case_of_experiment(

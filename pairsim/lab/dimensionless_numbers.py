@@ -47,7 +47,7 @@ class Units:
         numbers: The dimensionless numbers.
         scales: The units of length, velocity, time and stress, and the flow without particles.
         notes: Whether inertia is negligible, defaults used, and warnings.
-        fit: The liquid that was fitted to files of a rheometer, if there were any.
+        fit: The liquid that was fitted to files of a rheometer; None without such files.
     """
 
     case: SceneCase

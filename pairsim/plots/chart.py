@@ -1,7 +1,7 @@
-"""Charts: what is drawn, as a table, and how its lines, points, bands, panels and legends are drawn.
+"""Charts: lines and points with their bands, drawn into panels with legends.
 
-A row of the table is one value: x, y, the half-widths of their intervals, and the parameters of its case. The rows of a
-line are held together, as the arrays of a `Line`.
+What is drawn is a table with a row for each value: x, y, the half-widths of their intervals, and the parameters of its
+case. The rows of a line are stored together, as the arrays of a `Line`.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ LETTER = 0.5  # width of a letter, in sizes of the font
 MARKUP = re.compile(r"\\mathrm|[\\${}_]")  # what TeX does not print
 POINT, STABLE, UNSTABLE, FAILED = "point", "stable zero", "unstable zero", "failed here"
 ENDS = {"vanishes": "a stable and an unstable one meet", "edge": "leaves the range of $d$"}
-"""What ends a branch of critical distances, by its word in critical.csv."""
+"""Entries of the legend for the ends of branches of critical distances, by their words in critical.csv."""
 MARKS: dict[str, Look] = {
     STABLE: {"marker": "o", "markersize": 4.5},
     UNSTABLE: {"marker": "o", "markersize": 4.5, "markerfacecolor": "white"},
@@ -48,7 +48,7 @@ MARKS: dict[str, Look] = {
     ENDS["vanishes"]: {"marker": "X", "markersize": 5},
     ENDS["edge"]: {"marker": "s", "markersize": 5},
 }
-"""How points look that mark something, by their entries in the legend."""
+"""The looks of points that mark something, by their entries in the legend."""
 ZERO_MARKS = UNSTABLE, STABLE
 ERROR_OF_DU = r"error of $\Delta U$"
 ERROR_OF_F = "error of $F$"

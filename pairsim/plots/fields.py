@@ -34,8 +34,8 @@ def draw_fields(
 ) -> list[Path]:
     """Draw `fields`: what particles change in the liquid, and the stress in them; or the fields that were asked for.
 
-    Of a run the first and the last time are drawn, of a curve some of the distances; an animation is a GIF of all. With
-    `field`, names of `FIELDS` separated by commas or "all", the picture `field-NAME` of each takes the place of
+    The first and the last time of a run are drawn, or some of the distances of a curve; an animation is a GIF of all.
+    With `field`, names of `FIELDS` separated by commas or "all", the picture `field-NAME` of each takes the place of
     `fields`. No file is written where there are no fields and none are asked for.
 
     Raises:

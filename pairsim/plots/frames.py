@@ -1,4 +1,4 @@
-"""What can be drawn of a frame of fields.xdmf: the surfaces of particles, and fields."""
+"""The data of a frame of fields.xdmf that can be drawn: the surfaces of particles, and fields."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ from pairsim.plots.parameters import Parameters, ShownCase, measured, plain_text
 from pairsim.runtime.plain import Plain
 
 TIMES = re.compile(r"(?<=[A-Za-z])[.*](?=[A-Za-z])")
-"""What stands between units, as in Pa.s."""
+"""The sign between units, as in Pa.s."""
 
 
 def read_case(file: Path) -> ShownCase:
@@ -200,7 +200,7 @@ def varying_keys(cases: Sequence[Parameters], names: Sequence[str] = (), first: 
 
 
 def _tells_apart(key: str) -> bool:
-    """Whether cases are looked at for differences in a key."""
+    """Whether cases are compared in a key."""
     return _declared(key).part is not Part.REPORT
 
 

@@ -144,7 +144,7 @@ def _of_each(endings: Sequence[str], parameters: Parameters) -> list[tuple[str, 
 
 
 def told_apart(lines: Sequence[Line]) -> list[Line]:
-    """The lines of a single table, so that the columns in a panel differ in colour and style, and are in its legend."""
+    """The lines of a single table, with colours, styles and legend entries that distinguish the columns in a panel."""
     found = []
     for panel in dict.fromkeys(each.panel for each in lines):
         inside = [(each, columns) for each in lines if each.panel == panel and (columns := each.columns) is not None]

@@ -1,4 +1,4 @@
-"""What pictures know of a case: its case.yaml, and the values of its keys by which cases are told apart."""
+"""Cases as pictures read them: case.yaml, and the values of keys by which cases are told apart."""
 
 from __future__ import annotations
 

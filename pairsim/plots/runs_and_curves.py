@@ -177,7 +177,7 @@ def _differences(
 ) -> tuple[Panel, list[Line]] | None:
     """Differences of lines from a reference, whose case differs in one key alone, with the sum of both half-widths.
 
-    They are the panel and the lines; None where the lines themselves do not lie on each other.
+    Returns their panel and their lines; None where the lines themselves do not lie on each other.
     """
     key = encoding.line or encoding.colour
     if key in ("", "gap"):

@@ -37,7 +37,7 @@ class Column:
     """A column of a film.
 
     Attributes:
-        heading: What stands above it.
+        heading: Its heading.
         cells: Its cells, by the number of their line.
         numbers: The cells as numbers in the unit of the file, NaN where one is empty, or is a name.
         unit: The unit that the file gives, "px" or "frame"; "" without one.
@@ -231,7 +231,7 @@ def _places(heading: Sequence[str]) -> tuple[dict[Heading, list[int]], dict[str,
             if what not in places and (found := [i for i, name in enumerate(names) if re.fullmatch(pattern, name)]):
                 places[what] = [i for i in found if names[i] == names[found[0]]]
     if FRAME in places and TIME in places and all(_other_unit(TIME, heading[i]) for i in places[TIME]):
-        del places[TIME]  # a temperature
+        del places[TIME]  # T is a temperature
     particles: dict[str, dict[Heading, int]] = {}
     taken = {i for each in places.values() for i in each}
     for i, name in enumerate(names):
@@ -273,7 +273,7 @@ def _unit(what: Heading, heading: str, above: Sequence[str]) -> tuple[str, float
     """The unit of a column, from its heading or a row below it, and its size.
 
     Raises:
-        ValueError: What stands there is no unit of this kind.
+        ValueError: The text in the place of the unit is no unit of this kind.
     """
     kind, unit, is_time = what.unit, _parts(heading)[1], what is TIME
     rows = [cell for cell in above if cell and _name(cell) != _name(heading)]
