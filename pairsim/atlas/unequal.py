@@ -95,9 +95,9 @@ class UnequalCurves:
 
 @dataclass(frozen=True)
 class Unequal:
-    """The pairs whose beads differ in an atlas, which has curves of equal ones, too."""
+    """The pairs of an atlas whose beads differ, beside its curves of equal ones."""
 
-    ratios: Mapping[str, Sequence[float]]  # least and largest ones of the "diameters" and "moduli", leading to trailing
+    ratios: Mapping[str, Sequence[float]]  # least and largest ratio of "diameters" and "moduli", leading to trailing
     settings: Array  # correlation lengths (DIMENSIONS), errors of values, of derivatives, and of those of equal pairs
     widths: Array  # factors from the standard deviation to the half-width of the rest, (distances,)
     curves: UnequalCurves

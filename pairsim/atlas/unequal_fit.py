@@ -55,8 +55,8 @@ def with_unequal(
 def widths_by(residuals: Array, spreads: Array) -> Array:
     """Half-widths over standard deviations, (distances,), from curves left out: the `widths` of `Unequal`.
 
-    With so few curves the quantile for one more (conformal prediction) is the maximum. At each distance it is taken
-    over the largest ratios of the curves there and at its neighbours.
+    At each distance they are a quantile over the curves, of the largest ratio of each there and at its neighbours: that
+    for one more curve (conformal prediction), which is the maximum of fewer than 20.
 
     Args:
         residuals: Errors of curves left out, shape (curves, distances).

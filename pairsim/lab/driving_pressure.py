@@ -50,7 +50,7 @@ def velocity_for(pressure: str, over: str, case_at: Callable[[str], SceneCase]) 
     places = np.linspace(math.log(SLOWEST), math.log(FASTEST), COUNT)
     off = np.array([excess(place) for place in places])
     if np.isnan(off).all():
-        case_at(f"{math.exp(places[COUNT // 2]):.17g} m/s")  # raises the error that says why
+        case_at(f"{math.exp(places[COUNT // 2]):.17g} m/s")  # raises an error of the case itself
     found = [i for i in range(COUNT - 1) if off[i] * off[i + 1] <= 0]
     if len(found) != 1:
         fitting = ", ".join(f"{math.exp(places[i]):.2g} m/s" for i in found)

@@ -27,14 +27,14 @@ class Column:
     """A column of a table on a page.
 
     Attributes:
-        name: What stands at its head.
+        name: Its heading.
         value: The column of the frame that has its values; empty for that of its name.
         error: The column of their half-widths; empty where there are none.
         to: The column of the references, or one number for all rows; empty if there are none.
         allowed: The largest difference relative to the reference, absolute where this is 0; or the column that has it.
         source: Where the references come from, in words.
         shown: Format of values without a half-width.
-        plain: Whether the reference stands in the head, without differences.
+        plain: Whether the reference stands in the heading, without differences.
     """
 
     name: str
@@ -69,7 +69,7 @@ class Table:
     def shown(self) -> pd.DataFrame:
         """The table as on its page: values beside their references, and the differences in % of these.
 
-        A reference that is the same in all rows is in the head; that of the column before is not repeated.
+        A reference that is the same in all rows is in the heading; that of the column before is not repeated.
         """
         keys = [name for name in self.frame.index.names if name]
         rows = self.frame.index.to_frame(index=False)[keys]

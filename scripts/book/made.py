@@ -10,7 +10,7 @@ from book.study import Part
 
 
 def made(results: pd.DataFrame, parts: Sequence[Part]) -> str:
-    """How many parts are computed, when, and with how many states of the code, or at which commits.
+    """A sentence: how many parts are computed, when, and with how many states of the code, or at which commits.
 
     Args:
         results: Stored rows, at least one, as `Results.of` returns them.

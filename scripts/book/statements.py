@@ -117,7 +117,7 @@ def of_sign(curve: CurveResult, sign: int, low: float = 0.0, high: float = inf, 
         sign: 1 or -1.
         low: Smallest distance [D_c].
         high: Largest distance [D_c].
-        least: Error of dU that is assumed at least [U_av], such as what a drawing does not show.
+        least: Least error of dU that is assumed [U_av], such as what a drawing does not show.
 
     Raises:
         ValueError: The curve has no points there.

@@ -40,8 +40,8 @@ class Part:
 
     Attributes:
         name: Its name, which no other part of the study has.
-        identity: What is computed, as text: a stored result of another identity is none of this part.
-        compute: Computes it in a folder of its own, which it finds empty; returns rows of the results, at least one.
+        identity: What is computed, as text: a stored result of another identity does not belong to this part.
+        compute: Computes it in a folder of its own, which is empty at first; returns rows of the results, at least one.
         uses: Packages and modules whose code its rows depend on; if empty, they are those of the study.
     """
 
@@ -61,7 +61,7 @@ class Study:
         uses: Packages and modules whose code its results depend on, except those of parts that name their own.
         parts: Returns its parts in the order in which they are computed; with True those of the quick form.
         statements: Returns what it states, judged by the stored rows, which are those of the parts given.
-        blocks: Returns what stands between the marks of its page, likewise, by the names of the marks.
+        blocks: Returns the text between the marks of its page, likewise, by the names of the marks.
         page: The page. Several studies may have marks on one.
         files: Returns the content of other files that are made from the stored rows, by path: pictures, tables that
             ship.
@@ -125,7 +125,7 @@ def computed(
 def solved(
     question: str, case: SceneCase, folder: Path, seconds: float, flags: Mapping[str, bool] | None = None
 ) -> Any:
-    """The result of a case that was validated, as by `computed`; a finished one is read from its folder."""
+    """The same as `computed` for a validated case; a result that is finished already is read from its folder."""
     key = key_of(question, identity_of(case))
     state = compute(Task(folder, question, key, pickle.dumps(case), command_line(), seconds, {}, flags or {}))
     if state.status == "pending":
