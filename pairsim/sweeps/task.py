@@ -67,7 +67,8 @@ def _compute(task: Task) -> CaseState | None:
     if said is not None:
         interrupted = Record.read(folder).status == "interrupted"
     else:
-        interrupted = -child.process.returncode in STOPPING
+        # A child that was stopped while it was loading may still be alive, if its parent ignores SIGTERM.
+        interrupted = bool(why) or -child.process.returncode in STOPPING
     if said is None or why or interrupted or said.memory > MOST_MEMORY:
         child.close()
     if why == "interrupted" or (interrupted and not why) or task.finished:  # the next command goes on

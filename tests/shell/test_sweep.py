@@ -10,6 +10,7 @@ import re
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -30,7 +31,7 @@ from pairsim.runtime.child_process import module_command
 from pairsim.runtime.errors import InputError
 from pairsim.solvers.nonlinear.newton import TRANSIENT
 from pairsim.sweeps import task
-from pairsim.sweeps.folder import read_sweep
+from pairsim.sweeps.folder import STOP, read_sweep
 from pairsim.sweeps.grid import read_grid
 from pairsim.sweeps.sweep_plots import plot_sweep
 
@@ -331,6 +332,21 @@ def test_a_child_that_has_grown_large_is_replaced(
     (tmp_path / "grid.yaml").write_text(TINY + "grid: {d0: [0.1, 0.2]}\n")
     assert package.sweep(tmp_path / "grid.yaml", folder=tmp_path / "out").status == "finished"
     assert len(children) == 2
+
+
+def test_a_case_that_is_stopped_while_its_child_is_loading_is_pending(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also where SIGTERM is ignored, as in all but the first of the processes of mpirun."""
+    monkeypatch.setattr(child, "POLL", 0.01)
+    before = signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    try:
+        stopping = threading.Timer(0.2, (tmp_path / STOP).touch)
+        stopping.start()
+        state = task.compute(task.Task(tmp_path / "case", "run", "key", b"", "pairsim sweep", None, {}, {}))
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    assert state.status == "pending"
 
 
 @pytest.mark.slow
