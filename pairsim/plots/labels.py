@@ -20,6 +20,9 @@ from pairsim.runtime.plain import Plain
 
 TIMES = re.compile(r"(?<=[A-Za-z])[.*](?=[A-Za-z])")
 """The sign between units, as in Pa.s."""
+POWER = re.compile(r"[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+(?:⋅[⁰¹²³⁴⁵⁶⁷⁸⁹]+)?|(?:\*\*|\^)(?P<plain>-?\d+(?:\.\d+)?)")
+"""A power of a unit, as pint or a case file writes it."""
+DIGITS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻⋅", "0123456789-.")
 
 
 def read_case(file: Path) -> ShownCase:
@@ -80,10 +83,15 @@ def _quantity(value: object) -> str:
     several = isinstance(value, list | tuple)
     known = measured(list(value) if isinstance(value, list | tuple) else [value])
     if not several and has_half_width(value):
-        return TIMES.sub("\N{DOT OPERATOR}", PLUS_MINUS.sub("±", shown(value)))
+        return _with_powers(TIMES.sub("\N{DOT OPERATOR}", PLUS_MINUS.sub("±", shown(value))))
     if known is None:
         return shown(value)
-    return f"{shown(list(map(float, known[0])))} {known[1]}"
+    return f"{shown(list(map(float, known[0])))} {_with_powers(known[1])}"
+
+
+def _with_powers(unit: str) -> str:
+    """A unit whose powers are TeX: fonts lack most of the superscripts of Unicode, and so the power of K."""
+    return POWER.sub(lambda power: f"$^{{{power['plain'] or power[0].translate(DIGITS)}}}$", unit)
 
 
 def _given_by(case: ShownCase) -> set[str]:
@@ -229,4 +237,4 @@ def common_parts(
 
 def parameter_label(key: str, unit: str = "") -> str:
     """Axis label of a parameter of a case, with the unit of its values where they are quantities."""
-    return f"{symbol(key)}  [{unit or f'${known_keys().get(key, Key()).unit or "-"}$'}]"
+    return f"{symbol(key)}  [{_with_powers(unit) or f'${known_keys().get(key, Key()).unit or "-"}$'}]"

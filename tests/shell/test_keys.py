@@ -21,7 +21,7 @@ from pairsim.cases.run_case import Case
 from pairsim.cases.values import Number
 from pairsim.computing.case_files import parse_case
 from pairsim.computing.question import no_mistakes
-from pairsim.plots.labels import case_parts, common_parts, parameter_label, varying_keys
+from pairsim.plots.labels import case_parts, common_parts, equation, parameter_label, varying_keys
 from pairsim.plots.parameters import Parameters, ShownCase
 from pairsim.questions.curve import CurveCase
 from pairsim.questions.registry import QUESTIONS
@@ -183,6 +183,14 @@ def test_captions_axes_and_folders_have_what_a_key_declares() -> None:
     both = [ShownCase(each.resolved()) for each in (heavy, light)]
     assert common_parts(both, [])[-1] == "not the same: $W$"
     assert varying_keys([each.parameters for each in both]) == ["weight"]
+
+
+@pytest.mark.parametrize("value", ["0.4057 Pa*s**0.6039", "0.4057 Pa.s^0.6039"])
+def test_the_power_in_the_unit_of_a_consistency_is_drawn_by_tex(value: str) -> None:
+    """Fonts lack the superscripts of which pint makes it."""
+    assert equation("physical.consistency", value) == "$K$ = 0.4057 Pa⋅s$^{0.6039}$"
+    assert equation("physical.consistency", "0.4 +- 0.1 Pa.s^0.6") == "$K$ = 0.4 ± 0.1 Pa⋅s$^{0.6}$"
+    assert parameter_label("physical.consistency", "Pa⋅s⁰⋅⁶⁰³⁹") == "$K$  [Pa⋅s$^{0.6039}$]"
 
 
 def test_an_older_case_does_not_differ_in_a_key_of_a_later_version() -> None:
