@@ -54,7 +54,8 @@ def tables(results: pd.DataFrame) -> dict[str, Table]:
     frame = meshes(elastic)
     names = [name for name in ACCURACIES if name in frame]
     changes = [name for name in frame if str(name).endswith(", %")]
-    unknowns = elastic.groupby("accuracy")[["unknowns", NAME]].max().loc[names]
+    answered = elastic.dropna(subset=["K"])
+    unknowns = answered.groupby("accuracy")[["unknowns", NAME]].max().loc[names]
     return {
         "newtonian": Table(
             rows[rows["De"] == 0].reset_index(drop=True),
@@ -71,7 +72,7 @@ def tables(results: pd.DataFrame) -> dict[str, Table]:
                 Column("r", "c_max_r", shown=".3f"),
             ],
         ),
-        "unknowns": Table(unknowns, [Column("unknowns", shown=",.0f"), Column("De_b up to", NAME, shown=".1f")]),
+        "unknowns": Table(unknowns, [Column("unknowns", shown=",.0f"), Column("answers up to De_b", NAME, shown=".1f")]),
     }
 
 
