@@ -55,7 +55,7 @@ def tables(results: pd.DataFrame) -> dict[str, Table]:
     names = [name for name in ACCURACIES if name in frame]
     changes = [name for name in frame if str(name).endswith(", %")]
     answered = elastic.dropna(subset=["K"])
-    unknowns = answered.groupby("accuracy")[["unknowns", NAME]].max().loc[names]
+    largest = answered.groupby("accuracy")[["unknowns", NAME]].max().loc[names]
     return {
         "newtonian": Table(
             rows[rows["De"] == 0].reset_index(drop=True),
@@ -72,7 +72,7 @@ def tables(results: pd.DataFrame) -> dict[str, Table]:
                 Column("r", "c_max_r", shown=".3f"),
             ],
         ),
-        "unknowns": Table(unknowns, [Column("unknowns", shown=",.0f"), Column("answers up to De_b", NAME, shown=".1f")]),
+        "unknowns": Table(largest, [Column("unknowns", shown=",.0f"), Column("answers up to De_b", NAME, shown=".1f")]),
     }
 
 
