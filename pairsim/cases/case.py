@@ -33,7 +33,7 @@ from pairsim.quantities.scales import Scales
 from pairsim.runtime.plain import Plain
 
 Ends = Literal["developed", "periodic"]
-ENDS = "ends of the tube: with the developed flow profile, or periodic with imposed flow rate"
+ENDS = "ends of the tube: developed (with the developed flow profile) or periodic (with an imposed flow rate)"
 
 
 OF_LAWS = {**Liquid.OF_POLYMER, **Solid.OF_ALL}
@@ -105,7 +105,7 @@ class SceneCase(Keys):
 
     # Cell sizes follow from the diameter, unless they are given.
     beta: Annotated[PerParticle[Annotated[values.Number, Field(ge=1e-3, le=0.999)]] | None, DIAMETER] = Field(
-        None, description="particle over tube diameter D_p/D_c, between 0 and 1"
+        None, description="diameter of the particle over that of the tube, D_p/D_c"
     )
     De: Annotated[values.Number, *_limits("De"), _number("De", caption=2, check=check_De)] = Field(
         0.0, description="Deborah number lambda U_av/D_c; 0 is a liquid without elasticity"
@@ -122,30 +122,32 @@ class SceneCase(Keys):
     xi: Annotated[values.Number, *_limits("xi"), XI] = Field(0.09, description="solvent viscosity over eta_0 (De > 0)")
     liquid: Annotated[LiquidKey, LIQUID] = Field(
         None,
-        description=f"constitutive law, or a group with it and its parameters; default: {liquids.DEFAULT.name}, "
-        f"{Newtonian.name} at De = 0",
+        description="constitutive law of the liquid, or a group with the law and its parameters; default: "
+        f"{liquids.DEFAULT.name}, or {Newtonian.name} at De = 0",
     )
     solid: Annotated[SolidKey, SOLID] = Field(
         None,
-        description="law of the soft particles, or a group with it and its parameters, or a list of these from "
-        f"upstream; default: {solids.DEFAULT.name}",
+        description="constitutive law of the soft particles, or a group with the law and its parameters, or a list "
+        f"with one of these for each particle, from upstream; default: {solids.DEFAULT.name}",
     )
     length: Annotated[Annotated[values.Number, LENGTHS] | Literal["auto"] | None, Key(check=_check_length)] = Field(
         None,
-        description="tube length [D_c]; default: auto, just long enough that developed ends hardly affect dU, and "
-        "dp_plus of moved particles; with periodic ends 50 times the largest beta, 10 without particles",
+        description="tube length [D_c]; default: auto, just long enough for developed ends to have hardly any effect "
+        "on dU (and on dp_plus, if the particles are moved); with periodic ends, 50 times the largest beta; without "
+        "particles, 10",
     )
     ends: Ends = Field("developed", description=ENDS)
     accuracy: Annotated[Accuracy, Key(part=Part.NUMERICS)] = Field(
         DEFAULT,
         description="target error of dU, relative to the largest |dU| of the curve; sets mesh and time steps. Where "
-        "the error is estimated (curves, critical distances, runs with dU_error) the mesh is adapted until it is kept",
+        "the error is estimated (curves, critical distances, runs with dU_error), the mesh is adapted until this "
+        "target is met",
     )
     mesh: Annotated[MeshOptions, Key(part=Part.NUMERICS)] = MeshOptions()
     physical: Annotated[Physical | None, Key(part=Part.REPORT)] = Field(
         None,
-        description="the case in physical units, in place of beta, De, Ca_e, xi, the distances and time.end, "
-        "and of parameters of the laws",
+        description="the experiment in physical units, in place of beta, De, Ca_e, xi, distances, time.end and "
+        "parameters of the laws",
     )
 
     @classmethod

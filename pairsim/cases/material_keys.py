@@ -84,19 +84,19 @@ def _block_of(models: Mapping[str, type[BaseModel]]) -> Any:
 
 
 _SOLVENTS = _models(VISCOUS)
-_SOLVENT = Field(None, description="viscosity law of the solvent; default: one of constant viscosity")
+_SOLVENT = Field(None, description="viscosity law of the solvent; default: constant viscosity")
 _OF_SOLVENT = (_block_of(_SOLVENTS) | None, _SOLVENT)
 _OF_MODE = {name: _field(each) for name, each in ConformationLaw.OF_MODE.items()}
 _OF_MODES = _models(ELASTIC, _OF_MODE, of="Mode")
 _MODES = Field(
     min_length=2,
     max_length=MOST_MODES,
-    description="the modes, each with its law and its parameters, time and weight; of the weights only their ratios "
-    "count",
+    description="the modes, each with its law and the parameters of the law, its time and its weight; only ratios of "
+    "weights matter",
 )
 _ONE_MODE: Any = Annotated[Union[*_OF_MODES.values()], Field(discriminator="law")]
 _YIELDING = _models(liquids.YIELDING)
-_YIELDS = Field(None, description="what a yield stress does to the relaxation of the polymer; default: no yield stress")
+_YIELDS = Field(None, description="how a yield stress changes the relaxation of the polymer; default: no yield stress")
 _OF_LIQUID: dict[str, _Definition] = {"solvent": _OF_SOLVENT, "yielding": (_block_of(_YIELDING) | None, _YIELDS)}
 _ELASTIC = _models(ELASTIC, _OF_LIQUID)
 _SEVERAL = _model("ModesBlock", MODES, MODES_WORDS, {"modes": (tuple[_ONE_MODE, ...], _MODES), **_OF_LIQUID}, [])

@@ -36,8 +36,8 @@ class OffAxisCase(SceneCase):
     focus: Annotated[bool, Key(part=Part.REPORT, since="0.4", check=_check_focus)] = Field(
         False,
         strict=True,
-        description="compute whether the particles stay on the axis, too: rates as of pairsim focus in focus.csv, and "
-        "a line in the answer",
+        description="also compute whether the particles stay on the axis: focus.csv has the rates, as from pairsim "
+        "focus, and the answer a line about them",
     )
 
     @property

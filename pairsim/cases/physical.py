@@ -29,7 +29,7 @@ TUBE = a_length(
 DENSITY = Measurable(
     "density",
     OF_DENSITY,
-    "density of the liquid, only used for the Reynolds number",
+    "density of the liquid, used only for the Reynolds number",
     "1000 kg/m^3",
     r"\rho",
     usual=Usual(10.0, 3e4, "10 to 30,000 kg/m^3"),
@@ -39,7 +39,7 @@ DENSITY = Measurable(
 DIFFERENCE = Measurable(
     "particle_difference",
     PERCENTAGE,
-    "difference of the diameters of two particles, leading less trailing over their mean, which is `particle`",
+    "relative difference of the diameters of two particles, (leading - trailing)/mean, where `particle` is the mean",
     "0 +- 1 %",
     r"\delta",
     uncertain=True,
@@ -121,7 +121,7 @@ EXPERIMENT = (
     ),
     a_length(
         "drop",
-        "liquid that a drop takes: its volume, or the length of tube that holds it; gives stream.drop",
+        "volume of a drop, or the length of tube that holds this volume; gives stream.drop",
         "100 um",
         gives=("stream.drop",),
         as_volume="0.28 nl",
@@ -129,7 +129,7 @@ EXPERIMENT = (
     Measurable(
         "concentration",
         PERCENTAGE,
-        "volume fraction of the beads in what flows; gives stream.concentration",
+        "volume fraction of the beads in the suspension; gives stream.concentration",
         "1 %",
         r"\phi",
         gives=("stream.concentration",),
@@ -141,7 +141,7 @@ EXPERIMENT = (
         "2 ms",
         gives=("time.end",),
         in_captions=False,
-        default="by De and Ca_e",
+        default="from De and Ca_e",
     ),
 )
 """Quantities that set the scales, or that give keys of cases."""

@@ -34,7 +34,7 @@ RUN_PER_CAPILLARY = 20.0  # of the largest Ca_e
 CYCLES = 10  # cycles of a flow that varies in a run, after the time of a start-up; chosen
 RUN_PER_VISCOSITY = 0.45  # relative increase of RUN_PER_CAPILLARY per viscosity of the particles over eta_0
 DEFAULT_END = (
-    f"the largest of {SHORTEST_RUN:g}, {RUN_PER_DE:g} De and {RUN_PER_CAPILLARY:g} Ca_e; later with "
+    f"the largest of {SHORTEST_RUN:g}, {RUN_PER_DE:g} De and {RUN_PER_CAPILLARY:g} Ca_e, later with "
     "slower modes and viscous particles"
 )
 
@@ -111,8 +111,8 @@ class TimeOptions(Keys):
 
     end: Annotated[values.Time, Key(part=Part.REPORT)] = Field(
         SHORTEST_RUN,
-        description=f"end time [D_c/U_av] (default: {DEFAULT_END}, by when a start from rest is forgotten; with a "
-        f"waveform {CYCLES} periods later, or the end of its table)",
+        description=f"end time [D_c/U_av] (default: {DEFAULT_END}, when a start from rest has been forgotten; with a "
+        f"waveform, {CYCLES} periods later, or the end of its table)",
     )
     tol: values.Number = Field(
         USUAL.time_tol,
@@ -142,7 +142,7 @@ class Limits(Keys):
         True,
         strict=True,
         description="with a waveform: the run ends once its cycles are periodic and the drift of the distances over "
-        "one is known to accuracy, as a part of the largest |dU|",
+        "one cycle is known to accuracy, relative to the largest |dU|",
     )
     wall_time: Annotated[values.Number, Field(ge=0.001, le=1e9)] | None = Field(
         None, description="largest wall time of the whole run [s]; the run fails beyond it"
@@ -165,8 +165,8 @@ class OutputOptions(Keys):
         20,
         ge=0,
         le=MOST_OUTPUTS,
-        description="approximate number of times in fields.xdmf, at steps as they come, spread over the way to the end "
-        "time, contact or max_gap; if times and every are unset",
+        description="approximate number of times in fields.xdmf if neither times nor every is set: time steps that are "
+        "spread over the run, up to the end time, contact or max_gap",
     )
     fields: bool = Field(True, strict=True, description="whether fields.xdmf is written")
     checkpoint: values.Number = Field(
@@ -192,32 +192,32 @@ class Case(OffAxisCase):
     )
     ends: Annotated[Literal["periodic", "developed", "repeated"], Key(check=_check_ends)] = Field(  # type: ignore[assignment]  # one more than others have
         "developed",
-        description=f"{ENDS}; or repeated: the tube is a period of an infinite row, in which the last particle is "
-        "followed by the first one (default of length: the mean of d0 between these two)",
+        description=f"{ENDS}; or repeated: the tube is one period of an infinite row, in which the first particle "
+        "comes again after the last one (default of length: such that these two are the mean of d0 apart)",
     )
     start: Annotated[Literal["rest", "steady"], Key(part=Part.START)] = Field(
         "rest",
-        description="state at t = 0: unstressed liquid and particles at rest, or the quasi-steady state of the initial "
-        "distances in the developed flow (default: rest; steady with a physical block, as beads that meet in a tube "
-        "have flowed through it for long)",
+        description="state at t = 0: rest, with unstressed liquid and particles; or steady, the quasi-steady state at "
+        "the initial distances in the developed flow (default: rest; with a physical block steady, because beads that "
+        "meet in a tube have been flowing through it for a long time)",
     )
     hold: Annotated[bool, Key(idle=_without_gaps)] = Field(
         False,
         strict=True,
-        description="keep the distances d0 while shapes and stresses go on, as quasi-steady solutions do: dU after any "
-        "time at this distance, of what has a history",
+        description="hold the distances at d0, as in quasi-steady solutions, while shapes and stresses evolve; gives "
+        "dU after any time at these distances, where it depends on the history",
     )
     waveform: Annotated[WaveformOptions | None, Key(check=_check_waveform, first=True)] = Field(
         None,
-        description="a flow that varies in time, in place of a constant one; without units flows are in U_av, with "
-        "which De and Ca_e are made; with units U_av is the mean of |Q| over a cycle, unless physical.flow_rate or "
+        description="a flow that varies in time, in place of a constant one; without units, flows are in U_av, on "
+        "which De and Ca_e are based; with units, U_av is the mean of |Q| over a cycle, unless physical.flow_rate or "
         "physical.velocity is given",
     )
     dU_error: Annotated[bool, Key(part=Part.NUMERICS, idle=_without_gaps)] = Field(
         False,
         strict=True,
-        description="estimate the error of dU at every step and add it to dU; a coarse run then tells which cells "
-        "accuracy needs, unless mesh.Np is given (a third to two thirds more time)",
+        description="estimate the error of dU at every step and correct dU by it; unless mesh.Np is given, a coarse "
+        "run comes first, which shows the mesh that accuracy requires (takes a third to two thirds longer)",
     )
     time: Annotated[TimeOptions, Key(part=Part.NUMERICS)] = TimeOptions()
     limits: Annotated[Limits, Key(part=Part.REPORT)] = Limits()

@@ -20,9 +20,11 @@ def _check_modulus(case: SpreadCase) -> str:
 class SpreadOptions(Keys):
     """Standard deviations among the particles, over the means; the particles are drawn normally and independently."""
 
-    diameter: Deviation = Field(0.0, description="standard deviation of the diameter of each particle over the mean")
+    diameter: Deviation = Field(
+        0.0, description="standard deviation of the diameters of the particles, relative to their mean"
+    )
     modulus: Annotated[Deviation, Key(check=_check_modulus)] = Field(
-        0.0, description="standard deviation of the modulus of each particle over the mean"
+        0.0, description="standard deviation of the moduli of the particles, relative to their mean"
     )
 
     def __bool__(self) -> bool:

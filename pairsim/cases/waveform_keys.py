@@ -59,24 +59,24 @@ class WaveformOptions(Keys):
         "constant; table: linear between times",
     )
     period: Annotated[Time | None, Key("T", r"D_c/U_{av}", caption=12)] = Field(
-        None, description="period, of a ramp its duration [D_c/U_av], or with its unit"
+        None, description="period, or the duration of a ramp [D_c/U_av]; or a time with its unit"
     )
     mean: Annotated[Flow, Key(r"\bar{Q}", "U_{av}", caption=13)] = Field(
-        0.0, description="mean of the flow [U_av], or a flow rate with its unit"
+        0.0, description="mean of the flow [U_av]; or a flow rate with its unit"
     )
     amplitude: Annotated[Flow | None, Key(r"\hat{Q}", "U_{av}", caption=14)] = Field(
-        None, description="largest difference from the mean [U_av], or a flow rate with its unit"
+        None, description="largest difference from the mean [U_av]; or a flow rate with its unit"
     )
     table: str | None = Field(
         None,
-        description="CSV file with a column of times and one of flow rates, as a pump logs them, with units in their "
-        "headings; it is read once, and results have times and flows instead",
+        description="CSV file with a column of times and one of flow rates, such as the log of a pump, with units in "
+        "the headings; it is read once: case.yaml of the results has times and flows instead",
     )
     times: tuple[PastTime, ...] = Field(
         (), max_length=values.MOST_VALUES, description="times of a table, the first of which is t = 0 [D_c/U_av]"
     )
     flows: tuple[Flow, ...] = Field(
-        (), max_length=values.MOST_VALUES, description="flow at these times [U_av], or flow rates with their units"
+        (), max_length=values.MOST_VALUES, description="flow at these times [U_av]; or flow rates with their units"
     )
 
     @property

@@ -78,7 +78,7 @@ class Measurable:
     @property
     def deviation(self) -> Measurable:
         """Its standard deviation among the particles; in a case it is relative to the mean."""
-        words = f"standard deviation of the {self.key} of each particle, which differ"
+        words = f"standard deviation of the {self.key} among particles that differ"
         return Measurable(f"{self.key}.{EACH}", PURE, words, self.example, gives=(self.each,))
 
     @property

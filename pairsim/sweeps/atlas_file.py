@@ -22,45 +22,47 @@ class AtlasFile(Keys):
 
     name: FolderName | None = Field(None, description="name of the folder of the atlas; default: that of the file")
     base: Changes = Field({}, description="keys that all curves share, or the path of a case file")
-    beta: Ends = Field(description="least and largest diameter of the particles [D_c]", examples=[[0.3, 0.5]])
-    De: Ends = Field(description="least and largest Deborah number", examples=[[0, 1]])
-    Ca_e: Ends = Field(description="least and largest elastic capillary number", examples=[[0, 0.1]])
-    d: Ends = Field((0.02, 2.0), description="least and largest distance [D_c]")
+    beta: Ends = Field(description="smallest and largest diameter of the particles [D_c]", examples=[[0.3, 0.5]])
+    De: Ends = Field(description="smallest and largest Deborah number", examples=[[0, 1]])
+    Ca_e: Ends = Field(description="smallest and largest elastic capillary number", examples=[[0, 0.1]])
+    d: Ends = Field((0.02, 2.0), description="smallest and largest distance [D_c]")
     curves: Whole = Field(
-        0, ge=0, le=MOST_CASES, description="number of curves, in rounds of 6 (the first one up to 11)"
+        0, ge=0, le=MOST_CASES, description="number of curves, in rounds of 6 (the first round has up to 11)"
     )
     start: str | list[str] = Field(
         [],
-        description="file of an atlas, to whose curves these are added; or several, the first one of this box and "
-        "base, and of the others those curves that are in the box, as those of a Newtonian liquid are at De = 0",
+        description="file of an atlas, to which the curves are added; or several files: the first is an atlas of this "
+        "box and base, and of the others the curves within the box are taken, as those of a Newtonian liquid at De = 0",
     )
     within: dict[Literal["beta", "De", "Ca_e"], Ends] = Field(
         {},
-        description="part of the box in which the curves that are added to those of start are computed; default: all",
+        description="part of the box in which curves are added to those of start; default: the whole box",
         examples=["{De: [0, 0.3]}"],
     )
     diameters: Ratios | None = Field(
         None,
-        description="least and largest ratio of the diameters, of the leading particle to the trailing one: the curves "
-        "are those of pairs that differ, drawn at random in the box and the ratios, and are added to those of start; "
-        "goes with moduli",
+        description="smallest and largest ratio of the diameters, leading to trailing particle: curves of unequal "
+        "pairs, drawn at random from the box and the ratios, are added to those of start; must go with moduli",
         examples=[[0.9, 1.1]],
     )
     moduli: Ratios | None = Field(
-        None, description="the same of the moduli, or of particles that are all rigid", examples=[[0.5, 2]]
+        None,
+        description="smallest and largest ratio of the moduli, likewise; without effect on rigid particles",
+        examples=[[0.5, 2]],
     )
     beads: Whole = Field(
         0,
         ge=0,
         le=MOST_CASES,
-        description="number of single particles that are computed, too, whose velocities are what pairs do far apart",
+        description="number of single particles that are computed as well; their velocities are those of pairs far "
+        "apart",
     )
     recompute: bool = Field(
         False,
-        description="whether the curves of start, and its pairs that differ and single particles, are computed again "
-        "at their places, as with another version, in place of further ones",
+        description="instead of adding curves, compute those of start again, with its unequal pairs and single "
+        "particles, as after a change of version",
     )
-    seed: Whole = Field(0, description="seed of the places that are candidates")
+    seed: Whole = Field(0, description="seed of the random numbers from which candidate curves are drawn")
 
     @property
     def of_unequal(self) -> bool:

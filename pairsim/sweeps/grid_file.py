@@ -87,7 +87,7 @@ class SweepFile(Keys):
         list[Annotated[Values, Field(min_length=1)]],
         BeforeValidator(lambda value: [] if value == {} else as_list(value)),
         WithJsonSchema({"anyOf": [{"type": "object"}, {"type": "array", "items": {"type": "object"}}]}),
-    ] = Field([], description="keys whose values are combined one by one; several such groups (a list) are multiplied")
+    ] = Field([], description="keys whose values go together one by one; a list of such groups gives all combinations")
     cases: list[Changes] = Field([], description="further cases: keys and values, or paths of case files")
     exclude: list[Exclusion] = Field(
         [], description="combinations of grid and zip to leave out, by values or {min, max}"

@@ -29,7 +29,9 @@ class StudyFile(Keys):
         [], description="times [D_c/U_av] or distances [D_c] where it is compared; default: the end of the run or curve"
     )
     reference: Literal["finest"] | Whole = Field(
-        "finest", description="index (from 0) of the discretisation that errors refer to; finest: the most unknowns"
+        "finest",
+        description="index (from 0) of the discretisation from which errors are measured; finest: that with the most "
+        "unknowns",
     )
 
     @property

@@ -111,13 +111,13 @@ class CriticalCase(SceneCase):
     particles: Whole = Field(2, ge=2, le=2, description="2: a critical distance is that of a pair")
     along: Annotated[dict[str, ValuesOrQuantities] | None, Key(check=_check_along)] = Field(
         None,
-        description="what critical distances are followed over, with its values (a list or a range): Ca_e, De, a "
-        "number of a law such as liquid.alpha, or a quantity such as physical.flow_rate, on which liquid and softness "
-        "alone depend; default: the values of the case only",
+        description="the parameter over which critical distances are followed, with its values (a list or a range): "
+        "Ca_e, De, a number of a law such as liquid.alpha, or a quantity such as physical.flow_rate on which only the "
+        "liquid and the softness depend; default: the values of the case only",
         examples=["{Ca_e: [0.05, 0.1]}"],
     )
     d: Annotated[tuple[Distance, Distance], Key(part=Part.REPORT, usual=[0.02, 0.8], check=_check_d)] = Field(
-        (0.02, 0.8), description="least and largest distance of the search for zeros of dU [D_c]"
+        (0.02, 0.8), description="smallest and largest distance between which zeros of dU are sought [D_c]"
     )
 
     @property

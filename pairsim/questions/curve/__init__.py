@@ -54,24 +54,24 @@ if TYPE_CHECKING:
     from pairsim.plots.style import Page
     from pairsim.runtime.monitor import Monitor
 
-GAP_OF_SLOPE = Column("gap", "", "the distance by which is derived, counted from upstream", whole=True)
+GAP_OF_SLOPE = Column("gap", "", "number of the distance that varies in the derivative, from upstream", whole=True)
 U_SLOPE = Column(
     "U_slope",
     r"\partial U{_}/\partial d",
-    "derivative of U{_} by a distance, to first order in what moving changes: exact where dU = 0",
+    "derivative of U{_} with respect to a distance, to first order in the effect of the motion; exact where dU = 0",
     RATE,
     PARTICLE,
 )
 U_SLOPE_HELD = Column(
     "U_slope_held",
     r"\partial U_{h{,}}/\partial d",
-    "derivative by a distance of U{_} at held distances",
+    "derivative of U{_} at held distances with respect to a distance",
     RATE,
     PARTICLE,
 )
 SLOPES = Columns(DISTANCE, GAP_OF_SLOPE, U_SLOPE, U_SLOPE_HELD)
 """The columns of slopes.csv."""
-AFTER = Entry[float]("after", "of a curve from rest, a quarter of the time after which dU is taken [D_c/U_av]")
+AFTER = Entry[float]("after", "a quarter of the time from rest after which dU of the curve is taken [D_c/U_av]")
 
 
 def _check_d(case: CurveCase) -> Iterator[Mistake]:
@@ -139,16 +139,16 @@ class CurveCase(OffAxisCase, SpreadCase):
 
     d: Annotated[Gaps | None, PLACES] = Field(
         None,
-        description="distances between the facing surfaces [D_c]: a list of numbers (or of lists, one number for each "
-        "gap), or a range, or one number for each gap and a range of one of them; a curve has points at other "
-        "distances, too, no more than a factor of 1.8 apart",
+        description="distances between the facing surfaces [D_c]: a list of numbers (or of lists with one number for "
+        "each gap), or a range, or one number for each gap with a range for one of them; points are added between "
+        "these where they are more than a factor of 1.8 apart, or where tol requires it",
     )
     tol: Annotated[Number, Key(part=Part.NUMERICS)] = Field(
         percent(DEFAULT) / 100,
         ge=1e-9,
         le=1,
         description="points are added until the half-width of the interval of dU between them is below this fraction "
-        "of the largest |dU|, or below twice that at the points (default: accuracy)",
+        "of the largest |dU|, or below twice the half-width at the points (default: accuracy)",
     )
     max_points: Annotated[Whole, Key(part=Part.NUMERICS)] = Field(
         200, ge=1, le=MOST_VALUES, description="no points are added once the curve has this many"
@@ -156,22 +156,23 @@ class CurveCase(OffAxisCase, SpreadCase):
     fields: Annotated[tuple[DistanceOrLength, ...], FIELDS_AT] = Field(
         (),
         max_length=MOST_VALUES,
-        description="distances at which fields are written to fields.xdmf [D_c], or lengths with a physical block",
+        description="distances at which fields are written to fields.xdmf [D_c]; with a physical block also lengths "
+        "with their unit",
     )
     velocity: Annotated[Annotated[Number, SPEEDS] | None, Key(slug="velocity", check=_check_velocity)] = Field(
         None,
-        description="velocity at which the rigid particles are moved, 0 to hold them [U_av]; the forces that this "
-        "takes are columns of curve.csv (default: no force acts on the particles)",
+        description="velocity at which the rigid particles are moved [U_av], 0 to hold them in place; the forces that "
+        "this requires are in curve.csv (default: no force acts on the particles)",
     )
     after: Annotated[Time | None, Key("T", "D_c/U_{av}", caption=9, slug="after", check=_check_after)] = Field(
         None,
-        description="solve no steady states: dU from rest at held distances after this time, after twice and after "
-        "four times it [D_c/U_av], of liquids whose stress is that of a history, as below a yield stress",
+        description="compute no steady states, but dU after a start from rest at held distances, at this time, twice "
+        "and four times it [D_c/U_av]; for liquids whose stress depends on the history, as below a yield stress",
     )
     flow: Annotated[Literal[0, 1], Key(check=_check_flow)] = Field(
         1,
-        description="mean velocity of the liquid in the tube [U_av]; 0 is a liquid at rest, between closed ends if "
-        "these are developed, in which velocity must be given: with velocity: 1 the unit is that of the particles",
+        description="mean velocity of the liquid in the tube [U_av]; with 0 there is no net flow (developed ends are "
+        "closed) and velocity must be given: with velocity: 1, velocities are in units of that of the particles",
     )
 
     def _defaults(self) -> dict[str, Plain]:

@@ -51,7 +51,7 @@ SEARCH = 2.0
 SHORT_ROWS = 150
 OF_A_ROW = 3  # beads of the row, at the distance of the train, that are displaced from the axis; chosen
 
-K = Column("k", "k", "phase between neighbours in a wave of 2 pi/k beads")
+K = Column("k", "k", "phase difference between neighbours, in a wave of 2 pi/k beads")
 GROWTH = Column(
     "growth",
     r"\mathrm{Re}\,\lambda",
@@ -62,7 +62,7 @@ GROWTH = Column(
 FREQUENCY = Column(
     "frequency",
     r"\mathrm{Im}\,\lambda",
-    "angular frequency; positive: upstream past the beads",
+    "angular frequency of the wave; positive: it travels upstream past the beads",
     RATE,
     half_width="frequency_error",
 )
@@ -72,15 +72,15 @@ WAVE = (
     Column(
         "growth_error",
         r"\epsilon_\mathrm{Re}",
-        "half-width of the interval of growth: error by mesh and by the last term of the series in the rate of "
-        "change; in train.csv also by beads beyond the cell",
+        "half-width of the interval of growth: error due to the mesh and the last term of the series in the rate of "
+        "change; in train.csv, also due to beads beyond the cell",
         RATE,
     ),
 )
 SPECTRUM = Columns(
     *WAVE,
     FREQUENCY,
-    Column("frequency_error", r"\epsilon_\mathrm{Im}", "half-width of its interval", RATE),
+    Column("frequency_error", r"\epsilon_\mathrm{Im}", "half-width of the interval of frequency", RATE),
 )
 VERDICT = "orders: all waves decay; clusters: some grow; neither: all keep their size; undecided: not certain"
 D = Column("d", "d", "distance between the facing surfaces of neighbours", LENGTH, half_width="d_error")
@@ -89,27 +89,27 @@ TRAIN = Columns(
     *(D, D_ERROR, U, U_ERROR),
     Column("verdict", "", VERDICT),
     *WAVE,
-    Column("diffusion", "C", "long waves grow at -C k^2", RATE, half_width="diffusion_error"),
+    Column("diffusion", "C", "C in the growth rate -C k^2 of long waves", RATE, half_width="diffusion_error"),
     Column("diffusion_error", r"\epsilon_C", "half-width of the interval of C", RATE),
     Column(
         "tube",
         "L",
         "length of tube within which the spread of the distances falls to a tenth (clusters: grows tenfold); empty "
-        "where the train neither surely orders nor surely clusters",
+        "unless the train certainly orders or certainly clusters",
         LENGTH,
         unknown=True,
     ),
     Column(
         "tube_least",
         r"L_\mathrm{min}",
-        "least length of tube within the intervals of the growth rates of all waves",
+        "smallest such length within the intervals of the growth rates of all waves",
         LENGTH,
         unknown=True,
     ),
     Column(
         "tube_most",
         r"L_\mathrm{max}",
-        "largest length of tube within the intervals of the growth rates of all waves",
+        "largest such length within the intervals of the growth rates of all waves",
         LENGTH,
         unknown=True,
     ),
@@ -117,11 +117,13 @@ TRAIN = Columns(
 )
 """The columns of train.csv, which has one row."""
 POSITION_OF_ROW = Column(
-    "position", "z", "how far the row has moved along the tube on average", POSITION, shown=Shown.ALWAYS
+    "position", "z", "mean distance that the row has moved along the tube", POSITION, shown=Shown.ALWAYS
 )
 ROW = Columns(POSITION_OF_ROW, T, Z, DISTANCE, DU, DU_ERROR)
 """The columns of row.csv."""
-BY_DISTANCE = Column("by_d", "", "derivative of a distance at the outlet, one a row, by d{_} at the inlet", of=GAP)
+BY_DISTANCE = Column(
+    "by_d", "", "derivative of a distance at the outlet, one in each row, with respect to d{_} at the inlet", of=GAP
+)
 SENTENCES = Entry[list[str]]("sentences", "the answer in words")
 
 
@@ -178,10 +180,10 @@ class RowOptions(Keys):
     """A row of beads that is followed along the tube, with distances at random of mean d, or those listed in d."""
 
     beads: Annotated[values.Whole | None, Key(check=_check_beads)] = Field(
-        None, ge=2, le=1000, description="number of beads; without it a row is followed where d is a list"
+        None, ge=2, le=1000, description="number of beads in the row; without it, a row is followed only if d is a list"
     )
     spread: values.Positive = Field(
-        0.2, le=1, description="standard deviation of the distances at the inlet, as a part of their mean"
+        0.2, le=1, description="standard deviation of the distances at the inlet, relative to their mean"
     )
     seed: values.Whole = Field(0, ge=0, description="seed of the random numbers")
     tube: values.Distance = Field(300.0, description="length of tube along which the row is followed [D_c]")
@@ -197,12 +199,12 @@ class TrainOptions(Keys):
         None, description="distance between the centres of neighbours, in place of d [D_c]"
     )
     cell: Annotated[values.Whole, Key(check=lambda case: "must be even" if case.train.cell % 2 else "")] = Field(
-        8, ge=4, le=64, description="even number of beads in the periodic cell, whose waves are computed"
+        8, ge=4, le=64, description="number of beads in the periodic cell whose waves are computed; even"
     )
     transition: Annotated[tuple[values.Distance, values.Distance] | None, Key(check=_check_transition)] = Field(
         None,
-        description="two distances between which trains change from clustering to ordering; the train is that where "
-        "they do, in place of d [D_c]",
+        description="in place of d, two distances between which trains change from clustering to ordering, or back "
+        "[D_c]; the train is the one at the transition",
     )
 
 
@@ -214,8 +216,8 @@ class TrainCase(OffAxisCase):
     particles: values.Whole = Field(1, ge=1, le=1, description="1: all beads of the train are equal")
     d: Annotated[values.OneOrMany[values.Distance] | None, Key(usual=0.1, check=_check_d, first=True)] = Field(
         None,
-        description="distance between the facing surfaces of neighbours [D_c]; a list: the first distances of a row "
-        "from upstream, whose mean is that of the train",
+        description="distance between the facing surfaces of neighbours [D_c]; a list: the initial distances of a "
+        "row, from upstream, whose mean is the distance of the train",
     )
     ends: Annotated[Ends, Key(check=lambda case: "" if case.ends == "periodic" else AS_LONG)] = Field(
         "periodic", description=ENDS
