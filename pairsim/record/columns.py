@@ -14,20 +14,21 @@ from pairsim.record.column import GAP, PARTICLE, Column, Columns, Shown
 
 def _correction(of: str, name: str, unit: Kind) -> Column:
     """The estimated discretisation error of a quantity."""
-    meaning = f"estimate of exact minus discrete {name}{{_}}, contained in it unless corrected is 0"
+    meaning = f"estimated discretisation error, exact minus discrete {name}{{_}}; included in {name}{{_}} unless "
+    meaning += "corrected is 0"
     return Column(f"{name}_correction", r"\delta^h{_}", meaning, unit, of, Shown.ON_REQUEST, unknown=True)
 
 
 def _error(of: str, name: str, unit: Kind, by: str, shown: Shown = Shown.USUALLY) -> Column:
     """The half-width of the interval of a quantity; `by` names the sources of the error."""
-    meaning = f"half-width of the interval of {name}{{_}}: error by {by}"
+    meaning = f"half-width of the interval of {name}{{_}}: error due to {by}"
     return Column(f"{name}_error", r"\epsilon{_}", meaning, unit, of, shown, unknown=True)
 
 
 def _by(name: str, symbol: str, words: str = "") -> Column:
     """The derivative of dU by a parameter."""
     symbol = rf"\partial\Delta U{{_}}/\partial {symbol}"
-    return Column(f"by_{name}", symbol, f"derivative of dU{{_}} by {words or name}", VELOCITY, GAP)
+    return Column(f"by_{name}", symbol, f"derivative of dU{{_}} with respect to {words or name}", VELOCITY, GAP)
 
 
 def _observed(name: str, symbol: str, meaning: str, unit: Kind = PURE, shown: Shown = Shown.USUALLY) -> Column:
@@ -36,8 +37,8 @@ def _observed(name: str, symbol: str, meaning: str, unit: Kind = PURE, shown: Sh
 
 
 _MESH_ENDS_NEWTON = "mesh, ends and Newton's method"
-_IN_A_RUN = "; in a run by mesh, time steps and start"
-_WHILE = "dU{{_}} at {} of the time of a run at held distances; where it differs from dU{{_}} it has not settled"
+_IN_A_RUN = "; in a run, due to mesh, time steps and start"
+_WHILE = "dU{{_}} at {} of the time of a run at held distances; where it differs from dU{{_}}, this has not settled"
 
 T = Column("t", r"t", "time", TIME, shown=Shown.ALWAYS)
 DISTANCE = Column(
@@ -70,7 +71,7 @@ DU = Column(
 DU_HELD = Column(
     "dU_held",
     r"\Delta U_{h{,}}",
-    "dU{_} with all distances held, as if shapes and stresses had endless time",
+    "dU{_} with all distances held, once shapes and stresses are steady",
     VELOCITY,
     GAP,
 )
@@ -86,14 +87,15 @@ DU_DISCRETE = Column(
 CORRECTED = Column(
     "corrected",
     "",
-    "1: velocities, forces and pressure drop contain the estimates of their errors; 0: they do not, as the estimates "
-    "are what remains of much larger contributions",
+    "1: velocities, forces and pressure drop include the estimates of their errors; 0: they do not, because the "
+    "estimates are small differences of much larger contributions",
     whole=True,
 )
 STRETCH = Column(
     "stretch",
     r"\mathrm{d}c{_}/\mathrm{d}d",
-    "rate of the centres of volume, dU{_}, over that of the surfaces, when all distances change together",
+    "rate at which the centres of volume separate, dU{_}, over that of the facing surfaces, when all distances change "
+    "together",
     PURE,
     GAP,
     Shown.ON_REQUEST,
@@ -101,12 +103,12 @@ STRETCH = Column(
 FROM_REST = Column(
     "from_rest",
     r"\delta c{_}",
-    "bound on what a start from rest adds to, or takes from, the distance of the centres; 0 without softness",
+    "bound on how much a start from rest finally changes the distance between the centres",
     LENGTH,
     GAP,
     Shown.ON_REQUEST,
 )
-T_RELAX = Column("t_relax", r"t_r", "slowest decay time of a disturbance at held distance", TIME, unknown=True)
+T_RELAX = Column("t_relax", r"t_r", "decay time of the slowest disturbance at held distance", TIME, unknown=True)
 TAYLOR = Column("D", r"D{_}", "Taylor parameter (L_z - L_r)/(L_z + L_r) of {of}", PURE, PARTICLE, half_width="D_error")
 DP = Column("dp", r"\Delta p", "pressure drop over the length of the tube", STRESS)
 DP_PLUS = Column(
@@ -119,7 +121,7 @@ DP_PLUS = Column(
 Z = Column(
     "z",
     r"z{_}",
-    "position of the centre of {of} along the tube, from where that of the first (upstream) one started",
+    "position of the centre of {of} along the tube, measured from where the most upstream one started",
     POSITION,
     PARTICLE,
 )
@@ -132,11 +134,12 @@ F = Column(
     Shown.ALWAYS,
     half_width="F_error",
 )
-Q = Column("Q", "Q", "flow: mean velocity of the liquid in the tube, where it varies", VELOCITY)
+Q = Column("Q", "Q", "flow rate, as the mean velocity of the liquid in the tube, where it varies", VELOCITY)
 DRIFT = Column(
     "drift",
     r"\delta{_}",
-    "change of d{_} over the last whole cycle of a flow that varies, at held distances that which dU{_} would cause",
+    "change of d{_} over the last complete cycle of a varying flow; at held distances, the change that dU{_} would "
+    "cause",
     LENGTH,
     GAP,
     unknown=True,
@@ -155,8 +158,8 @@ MESHES = Column("meshes", r"k", "number of meshes made so far", shown=Shown.ON_R
 SLOPE = Column(
     "slope",
     r"\mathrm{d}\Delta U{_}/\mathrm{d}d",
-    "derivative of dU_held{_} by d when all distances change together; at a zero of dU that of dU, and a zero with "
-    "negative slope is stable",
+    "derivative of dU_held{_} with respect to d when all distances change together; at a zero of dU it is also that of "
+    "dU, and the zero is stable if it is negative",
     RATE,
     GAP,
 )
@@ -164,13 +167,11 @@ BY_CA_E = _by("Ca_e", r"\mathrm{Ca}_e")
 BY_DE = _by("De", r"\mathrm{De}")
 BY_XI = _by("xi", r"\xi")
 BY_BETA = _by("beta", r"\beta")
-BY_DIFFERENCE = _by(
-    "difference", r"\delta", "the difference of the diameters, the leading less the trailing one, over their mean"
-)
+BY_DIFFERENCE = _by("difference", r"\delta", "the relative difference of the diameters, (leading - trailing)/mean")
 BY_STIFFNESS = _by(
     "stiffness",
     "g",
-    "the difference of the moduli, the leading particle's less the trailing one's, over their mean",
+    "the relative difference of the moduli, (leading - trailing)/mean",
 )
 SENSITIVITIES = {
     each.name.removeprefix("by_"): each for each in (BY_CA_E, BY_DE, BY_XI, BY_BETA, BY_DIFFERENCE, BY_STIFFNESS)
@@ -186,16 +187,16 @@ KIND = Column(
     "wanted: at a requested value; added: between two; vanishes: fold of two zeros; edge: d leaves its range",
 )
 BRANCH = Column("branch", "", "number of the branch of critical distances", whole=True)
-PEAK = Column("peak", "", "largest |dU| between a zero and the next, over that of the whole curve")
+PEAK = Column("peak", "", "largest |dU| between this zero and the next, over that of the whole curve")
 CERTAIN = Column("certain", "", "true: |dU| exceeds its error on both sides of the zero")
 D_ERROR = Column(
     "d_error",
     r"\epsilon_d",
-    "error of the distance where dU (of trains, the largest growth rate) is 0: its error over |slope|; empty where two "
-    "zeros meet",
+    "error of the distance at which dU (for trains, the largest growth rate) is 0: the error of dU, or of this rate, "
+    "over its |slope|; empty where two zeros meet",
     LENGTH,
 )
-FOLLOWED = Column("followed", "", "value of the key that is followed, in the unit of the case file")
+FOLLOWED = Column("followed", "", "value of the followed parameter, in the unit of the case file")
 PARAMETER_ERROR = Column(
     "parameter_error", r"\epsilon", "error of the followed parameter where two zeros meet; empty elsewhere"
 )
@@ -207,7 +208,7 @@ DU_ERROR = _error(
     "mesh, ends, Newton's method and motion" + _IN_A_RUN,
     Shown.ALWAYS,
 )
-DRIFT_ERROR = _error(GAP, "drift", LENGTH, "time steps, and where dU_error is estimated mesh and start")
+DRIFT_ERROR = _error(GAP, "drift", LENGTH, "time steps and, where dU_error is estimated, mesh and start")
 ENDS_ERROR = Column(
     "ends_error",
     r"\epsilon_{L{,}}",
@@ -227,8 +228,8 @@ REGULARISATION_ERROR = Column(
 DU_INPUTS = Column(
     "dU_inputs",
     r"\epsilon_i",
-    "half-width of dU by the half-widths of the inputs, to first order at constant distance in units; no part of "
-    "dU_error",
+    "half-width of dU due to the half-widths of the inputs, to first order, at constant distance in units of length; "
+    "not included in dU_error",
     VELOCITY,
     shown=Shown.ALWAYS,
     unknown=True,
@@ -236,25 +237,27 @@ DU_INPUTS = Column(
 DU_SPREAD = Column(
     "dU_spread",
     r"\sigma",
-    "standard deviation of dU among pairs of particles that differ, to first order; no part of dU_error",
+    "standard deviation of dU among pairs of particles that differ, to first order; not included in dU_error",
     VELOCITY,
     shown=Shown.ALWAYS,
 )
 SEPARATE = Column(
-    "separate", "s", "part of pairs of particles that differ which separate, as dU > 0", shown=Shown.ALWAYS
+    "separate", "s", "fraction of pairs that separate (dU > 0) where particles differ", shown=Shown.ALWAYS
 )
 BRIDGE = Column(
     "bridge",
     r"b{_}",
-    "radius of the cylinder around the axis in which no liquid yields between the particles; 0: some does",
+    "radius of the cylinder around the axis in which no liquid yields between the particles; 0: liquid on the axis "
+    "yields",
     LENGTH,
     GAP,
 )
-PLUG = Column("plug", r"r_p", "radius within which the liquid does not yield where there are no particles", LENGTH)
+PLUG = Column("plug", r"r_p", "radius of the plug of unyielded liquid in the flow without particles", LENGTH)
 CREEP = Column(
     "creep",
     r"k{_}",
-    "power of 1/m by which dU_held{_} has fallen from a tenth of m; nan where no bridge makes it worth asking",
+    "exponent of 1/m with which dU_held{_} has decreased since a tenth of m; nan where there is no bridge, or the sign "
+    "of dU{_} is certain",
     PURE,
     GAP,
     Shown.ON_REQUEST,
@@ -352,27 +355,27 @@ def of_cases(
 
 STEPS = of_cases("steps", "accepted time steps of a run", whole=True)
 UNKNOWNS = of_cases("unknowns", "unknowns of the largest linear system", whole=True)
-WALL_TIME = of_cases("wall_time", "wall time, without the start of Python; the median of all repetitions", SECONDS)
+WALL_TIME = of_cases("wall_time", "wall time, without the start of Python", SECONDS)
 COST = (UNKNOWNS, WALL_TIME)
 """The last columns of results.csv. Like `STEPS` they are entries of run.json."""
-HOW_IT_STANDS = of_cases("status", "pending, finished or failed; the worst of all repetitions")
+HOW_IT_STANDS = of_cases("status", "pending, finished or failed")
 WHY = of_cases("reason", "why the case ended, such as end, contact or newton_diverged")
-POINT_COUNT = of_cases("points", "points of the curve or of the lines of critical distances", whole=True)
+POINT_COUNT = of_cases("points", "points of the curve, or of the lines of critical distances", whole=True)
 OF_CASES = (HOW_IT_STANDS, WHY, POINT_COUNT, STEPS, *COST)
 """The columns that all tables of many cases may have."""
 ZEROS = of_cases(
     "zeros",
-    "zeros of dU from the smallest d on, or the critical distances asked for, spaces between",
+    "zeros of dU in order of increasing d, or the requested critical distances; separated by spaces",
     LENGTH,
     half_width="zeros_error",
 )
-ZEROS_ERROR = of_cases("zeros_error", "error of each of them, half-width, with spaces between", LENGTH)
+ZEROS_ERROR = of_cases("zeros_error", "error of each zero (half-width), separated by spaces", LENGTH)
 SWEEP_COLUMNS = Columns(
-    of_cases("folder", "folder of the case within that of the sweep"),
+    of_cases("folder", "folder of the case, in that of the sweep"),
     OF_CASES,
-    of_cases("warnings", "what run.json of the case warns of, separated by semicolons"),
+    of_cases("warnings", "warnings in run.json of the case, separated by semicolons"),
     ZEROS,
-    of_cases("stable", "whether each of them is stable: true or false"),
+    of_cases("stable", "whether each zero is stable: true or false"),
     ZEROS_ERROR,
     of_cases(
         "d_peak",
@@ -381,9 +384,9 @@ SWEEP_COLUMNS = Columns(
         GAP,
         half_width="d_peak_error",
     ),
-    of_cases("d_peak_error", "error of d_peak, half-width", LENGTH, GAP),
+    of_cases("d_peak_error", "error of d_peak (half-width)", LENGTH, GAP),
     of_cases("dU_peak", "largest |dU| of the curve, with its sign", VELOCITY, GAP, half_width="dU_error"),
-    of_cases("dU_error", "error of dU_peak, of a run that of dU, half-width", VELOCITY, GAP),
+    of_cases("dU_error", "error of dU_peak, or of dU of a run (half-width)", VELOCITY, GAP),
     DU_INPUTS,
     DU_SPREAD,
     SEPARATE,

@@ -100,12 +100,12 @@ STARTED = Entry[str]("started", "when it began")
 COMMAND = Entry[str]("command", "the command line, or the call in Python")
 MACHINE = Entry[Mapping[str, str]]("machine", "node, system and processor")
 VERSIONS = Entry[Mapping[str, str]]("versions", "versions of the program and its libraries")
-SECONDS = Entry[float](WALL_TIME.name, "wall time in s, that before a run was resumed included")
+SECONDS = Entry[float](WALL_TIME.name, "wall time in s, including that before a run was resumed")
 PEAK_MEMORY = Entry[int]("peak_memory", "peak memory of the process in bytes")
 KEY = Entry[str]("key", "hash of the case")
-LAWS = Entry[Mapping[str, str]]("laws", "hash of the source of each law of a user's own")
+LAWS = Entry[Mapping[str, str]]("laws", "hash of the source of each user-defined law")
 WARNINGS = Entry[Sequence[str]]("warnings", "warnings about the results")
-NOTES = Entry[Sequence[str]]("notes", "of an answer of an atlas, what it adds in words")
+NOTES = Entry[Sequence[str]]("notes", "remarks in words that an atlas adds to its answer")
 SCALES: Entry[UnitSizes] = Entry("scales", "units of length, time, velocity and stress, with a physical block")
 INPUTS: Entry[list[WrittenInput]] = Entry("inputs", "the quantities of the physical block, with half-widths")
 PHASES = Entry[Mapping[str, float]]("wall_time_by_phase", "wall time of each phase in s")
@@ -115,25 +115,29 @@ AT_THE_END = (WARNINGS, SCALES, INPUTS, PHASES)
 """Entries that are written when a computation has ended, after those of its question."""
 SIZE = Entry[int](UNKNOWNS.name, "unknowns of the largest linear system")
 POINTS = Entry[int]("points", "points of a curve, or steady states")
-NEWTON_ITERATIONS = Entry[int]("newton_iterations", "Newton iterations in all")
-FACTORISATIONS = Entry[int]("factorisations", "factorisations of Newton's matrix in all")
+NEWTON_ITERATIONS = Entry[int]("newton_iterations", "total number of Newton iterations")
+FACTORISATIONS = Entry[int]("factorisations", "total number of factorisations of Newton's matrix")
 ADAPTATION = Entry[Mapping[str, Plain]](
-    "adaptation", "how meshes were adapted to the accuracy, and whether it was kept"
+    "adaptation", "how meshes were adapted to the accuracy, and whether this was reached"
 )
 MESH_COUNT = Entry[int](MESHES.name, "meshes made")
-END_OF_BRANCH = Entry[Mapping[str, Plain]]("end_of_branch", "where steady states end, if they do before what was asked")
+END_OF_BRANCH = Entry[Mapping[str, Plain]](
+    "end_of_branch", "where steady states end, if they do so before the requested parameters"
+)
 OF_STEADY = (POINTS, ADAPTATION, NEWTON_ITERATIONS, FACTORISATIONS, MESH_COUNT, SIZE, END_OF_BRANCH)
 """The entries of questions about quasi-steady states."""
 TIME_STEPS = Entry[int](STEPS.name, "accepted time steps")
-SETTLED = Entry[Settled]("settled", "of a run with two particles or more, what is quasi-steady at its last distances")
+SETTLED = Entry[Settled](
+    "settled", "the quasi-steady solution at the last distances of a run with two particles or more"
+)
 START = Entry[str]("start", "how a run began: from rest, or in a steady state")
 HOLD = Entry[bool]("hold", "whether distances were held in a run")
 CYCLES = Entry[WholeCycles](
-    "cycles", "of a flow that varies, how long a cycle is, and what the distances do over the last whole one"
+    "cycles", "duration of a cycle of a varying flow, and how the distances change over the last complete one"
 )
-REACHED = Entry[float]("t", "time that a run has reached")
+REACHED = Entry[float]("t", "time reached by a run")
 REJECTED = Entry[int]("rejected_steps", "time steps that were repeated with a smaller size")
-REMESHINGS = Entry[int]("remeshings", "new meshes in a run")
+REMESHINGS = Entry[int]("remeshings", "number of remeshings in a run")
 OF_RUNS = (
     *(REACHED, SIZE, TIME_STEPS, REJECTED, NEWTON_ITERATIONS, FACTORISATIONS, REMESHINGS),
     *(START, HOLD, SETTLED, CYCLES, ADAPTATION),
@@ -141,6 +145,6 @@ OF_RUNS = (
 """The entries of runs."""
 SPREAD_OF_PARTICLES = Entry[Mapping[str, float]](
     "spread",
-    "of particles that differ, standard deviations of diameter and modulus over the means, and mean beta, Ca_e",
+    "where particles differ: relative standard deviations of diameter and modulus, and mean beta and Ca_e",
 )
-DRAWN = Entry[DrawnEnds]("dU_inputs", "of an answer of an atlas, the range that holds most draws of the inputs")
+DRAWN = Entry[DrawnEnds]("dU_inputs", "range of dU in most random draws of the inputs, in an answer of an atlas")

@@ -18,15 +18,15 @@ FACTORISATIONS = of_cases("factorisations", "total number of factorisations of N
 COUNTS = (UNKNOWNS, STEPS, NEWTON_ITERATIONS, FACTORISATIONS)
 MEASURED = (HOW_IT_STANDS, WHY, *COUNTS, WALL_TIME)
 """Columns from the records of the cases; those of the compared values follow."""
-COMPARED = of_cases("*@*", "the compared column at each entry of `at`, such as dU@0.5; its last value without `at`")
+COMPARED = of_cases("*@*", "the compared column at each entry of `at`, such as dU@0.5; without `at`, its last value")
 ERROR = of_cases("error", "largest difference from the reference, over all entries of `at`")
 RELATIVE_ERROR = of_cases("relative_error", "error relative to the largest value of the reference")
 REFERENCE = of_cases("reference", "whether this row is the reference")
 ORDERS = {
     "space": of_cases(
-        "order_space", "observed order in space, from the next coarser mesh, of error over unknowns^-1/2"
+        "order_space", "observed order in space: of the error in unknowns^-1/2, from the next coarser mesh"
     ),
-    "time": of_cases("order_time", "observed order in time, from the next larger steps: of error over 1/steps"),
+    "time": of_cases("order_time", "observed order in time: of the error in 1/steps, from the next larger steps"),
 }
 STUDY_COLUMNS = Columns(
     *(OF_CASES, NEWTON_ITERATIONS, FACTORISATIONS, COMPARED, ERROR, RELATIVE_ERROR, REFERENCE, ORDERS.values())
