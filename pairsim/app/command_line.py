@@ -97,12 +97,14 @@ def _common(
     version: Annotated[
         bool,
         typer.Option(
-            "--version", callback=_version, is_eager=True, help="Print the version; of a release, its commit, too."
+            "--version", callback=_version, is_eager=True, help="Print the version and, of a release, its commit."
         ),
     ] = False,
     laws: Annotated[
         list[Path] | None,
-        typer.Option("--laws", metavar="FILE", help="Python file with laws of your own; anywhere, may be repeated."),
+        typer.Option(
+            "--laws", metavar="FILE", help="Python file with laws of your own; may stand anywhere, and be repeated."
+        ),
     ] = None,
 ) -> None:
     if laws:

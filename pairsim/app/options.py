@@ -37,18 +37,20 @@ Output = Annotated[
 OutputOfMany = Annotated[
     Path | None, typer.Option("-o", "--output", help="Folder for the results (default: runs/<name>).")
 ]
-Workers = Annotated[int, typer.Option(help="Number of cases at the same time, without mpirun.", min=1)]
-WorkersOfCase = Annotated[int, typer.Option(help="Number of processes that share the work, one a core.", min=1)]
-CaseTimeout = Annotated[float | None, typer.Option(help="Largest wall time of a case, in seconds.", min=0.0)]
+Workers = Annotated[int, typer.Option(help="Number of cases computed at the same time (without mpirun).", min=1)]
+WorkersOfCase = Annotated[
+    int, typer.Option(help="Number of processes that share the work, at most one per core.", min=1)
+]
+CaseTimeout = Annotated[float | None, typer.Option(help="Limit on the wall time of each case, in seconds.", min=0.0)]
 DryRun = Annotated[
     bool,
-    typer.Option("--dry-run", help="Check the case; print its unknowns, and about how long it takes."),
+    typer.Option("--dry-run", help="Only check the case, and estimate its unknowns and its time."),
 ]
 Budget = Annotated[
     str | None,
     typer.Option(
-        help="Largest time, such as 10min; what is known by then is kept. Without it a command that has found nothing "
-        "ends after 4 min of processor time of its own process, or later above 3e5 unknowns.",
+        help="Time limit, such as 10min; what has been found by then is kept. Without it, a command that has found "
+        "nothing ends after 4 min of processor time of its own process (later above 3e5 unknowns).",
         metavar="TIME",
     ),
 ]
@@ -62,7 +64,8 @@ Physical = Annotated[
     ),
 ]
 Fps = Annotated[
-    str | None, typer.Option(metavar="NUMBER", help="Frames per second, for a film with numbers of frames, not times.")
+    str | None,
+    typer.Option(metavar="NUMBER", help="Frames per second, for a film with frame numbers instead of times."),
 ]
 Pixel = Annotated[
     str | None,
@@ -72,9 +75,11 @@ Pixel = Annotated[
 ]
 Particles = Annotated[
     str | None,
-    typer.Option(metavar="NAMES", help="The two beads of a film with more, such as 3,5; 3+7,5 joins parts of a track."),
+    typer.Option(
+        metavar="NAMES", help="Which two beads of a film with more, such as 3,5; 3+7,5 joins parts of a track."
+    ),
 ]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress and no answer, only the folder.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print only the folder, without progress and answer.")]
 
 
 def check_free(path: Path | None, overwrite: bool, option: str = "-o") -> None:

@@ -22,7 +22,7 @@ EXPONENT = 0.6
 """The exponent in the unit of an example, where this depends on a parameter of a law."""
 
 
-SEVERAL = "repeat it for several: one for each gap of a run, those of a curve, the ends of --kind critical"
+SEVERAL = "may be repeated: one for each gap of a run, the points of a curve, or the ends of the range of critical"
 
 
 def of_experiment() -> Iterator[Parameter]:
@@ -87,7 +87,7 @@ def _help(of: Measurable, laws: Collection[str], several: bool) -> str:
     for other in QUANTITIES.values():  # an option in place of the name of a key
         words = words.replace(f"in place of {other.key}", f"in place of {other.option}")
     said = [f"default: {of.default}"] if of.default else []
-    said += [SEVERAL if of.ranged else "repeat it for one value each, from upstream"] if several else []
+    said += [SEVERAL if of.ranged else "repeat it for one value per particle, from upstream"] if several else []
     said += [", ".join(laws)] if laws else []
     example = f"'{example}'" if "+-" in example else example.replace(" ", "")
     example += f" or {of.as_volume.replace(' ', '')}" if of.as_volume else ""

@@ -41,9 +41,11 @@ EXAMPLES = (
 
 def ask(
     *,
-    case: Annotated[Path | None, typer.Argument(help="Case file (YAML), in place of --tube and others.")] = None,
+    case: Annotated[
+        Path | None, typer.Argument(help="Case file (YAML), in place of --tube and the other quantities.")
+    ] = None,
     atlas: Annotated[
-        Path | None, typer.Option(help="File of an atlas, atlas.npz of pairsim atlas (default: those that ship).")
+        Path | None, typer.Option(help="Atlas file, atlas.npz from pairsim atlas (default: those that ship).")
     ] = None,
     tube: Annotated[Text, quantity(QUANTITIES["tube"])] = None,
     particle: Annotated[list[str] | None, quantity(QUANTITIES["particle"], several=True)] = None,
@@ -53,16 +55,19 @@ def ask(
     young: Annotated[list[str] | None, quantity(QUANTITIES["young"], several=True)] = None,
     viscosity: Annotated[Text, quantity(QUANTITIES["viscosity"])] = None,
     relaxation: Annotated[Text, quantity(QUANTITIES["relaxation"])] = None,
-    liquid: Annotated[Text, typer.Option(metavar="LAW", help="Law of the liquid, as for units.")] = None,
+    liquid: Annotated[Text, typer.Option(metavar="LAW", help="Law of the liquid, as in pairsim units.")] = None,
     at: Annotated[
-        list[str] | None, typer.Option("--at", metavar="D", help="Distance at which dU is wanted, such as 8um; repeat.")
+        list[str] | None,
+        typer.Option("--at", metavar="D", help="Distance at which dU is wanted, such as 8um; may be repeated."),
     ] = None,
-    start: Annotated[Text, typer.Option("--from", metavar="D", help="First distance of a travel, with --to.")] = None,
-    stop: Annotated[Text, typer.Option("--to", metavar="D", help="Last distance of a travel.")] = None,
+    start: Annotated[
+        Text, typer.Option("--from", metavar="D", help="Initial distance of a travel; needs --to.")
+    ] = None,
+    stop: Annotated[Text, typer.Option("--to", metavar="D", help="Final distance of the travel.")] = None,
     compute: Annotated[
-        bool, typer.Option("--compute", help="Where the atlas has no answer, compute it: pairsim curve.")
+        bool, typer.Option("--compute", help="Where the atlas has no answer, compute it as pairsim curve does.")
     ] = False,
-    folder: Annotated[Path | None, typer.Option("-o", "--output", help="Folder of the curve of --compute.")] = None,
+    folder: Annotated[Path | None, typer.Option("-o", "--output", help="Folder for the curve of --compute.")] = None,
     set_: Settings = None,
 ) -> None:
     options = locals()

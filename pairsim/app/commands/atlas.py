@@ -31,11 +31,12 @@ EXPLORE = "explore"
 
 def atlas(
     file: Annotated[
-        Path, typer.Argument(help=f"Atlas file (YAML): beta, De, Ca_e, d, curves, base; or {EXPLORE}: an HTML page.")
+        Path,
+        typer.Argument(help=f"Atlas file (YAML): beta, De, Ca_e, d, curves, base; or {EXPLORE}, for an HTML page."),
     ],
     folder: OutputOfMany = None,
     of: Annotated[
-        Path | None, typer.Option("--atlas", help=f"With {EXPLORE}: file of an atlas (default: those that ship).")
+        Path | None, typer.Option("--atlas", help=f"With {EXPLORE}: atlas file (default: those that ship).")
     ] = None,
     workers: Workers = 1,
     case_timeout: CaseTimeout = None,

@@ -1,4 +1,4 @@
-"""Check a law of your own as those that ship are checked.
+"""Check a law of your own in the same way as those that ship.
 
 It is checked at rest, in shear and extension, and in rotated frames; so are
 its Jacobian and, of a liquid, the flow in the tube, for which forms are
@@ -30,7 +30,7 @@ def check_law(
     law: Annotated[str, typer.Argument(help="A class in a file, such as my_laws.py:FeneCR.", metavar="FILE:CLASS")],
     numbers: Annotated[
         list[str] | None,
-        typer.Argument(help="Parameters, such as L2=20; the others have their defaults, or values in their ranges."),
+        typer.Argument(help="Parameters, such as L2=20; others have their defaults, or values in their ranges."),
     ] = None,
 ) -> None:
     import pairsim.runtime.fenicsx  # noqa: F401  # before everything else that loads MPI or is compiled

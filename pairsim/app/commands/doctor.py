@@ -1,4 +1,4 @@
-"""Check the installation: versions and places of what is needed, and a small case.
+"""Check the installation: versions and locations of what pairsim needs, and a small case.
 
 The first time it compiles forms, which takes some ten seconds.
 

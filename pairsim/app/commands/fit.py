@@ -25,7 +25,7 @@ EXAMPLES = (
 
 
 def fit(
-    film: Annotated[Path, typer.Argument(help=r"Table with columns such as t \[s] and d \[um], or of a tracker.")],
+    film: Annotated[Path, typer.Argument(help=r"Table with columns such as t \[s] and d \[um], or from a tracker.")],
     case: Annotated[Path, typer.Argument(help="Case file with a physical block; what is unknown may be left out.")],
     unknown: Annotated[
         list[str] | None, typer.Option(help="What is fitted: modulus (default), relaxation or both.")
@@ -35,10 +35,12 @@ def fit(
     particles: Particles = None,
     exchanged: Annotated[
         Path | None,
-        typer.Option(metavar="FILM", help="Second film of the same beads, the other one leading or the flow turned."),
+        typer.Option(
+            metavar="FILM", help="Second film of the same beads, with the other one leading or the flow reversed."
+        ),
     ] = None,
-    atlas: Annotated[Path | None, typer.Option(help="File of an atlas (default: those that ship).")] = None,
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="Folder of a picture, film.png.")] = None,
+    atlas: Annotated[Path | None, typer.Option(help="Atlas file (default: those that ship).")] = None,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="Folder for a picture, film.png.")] = None,
 ) -> None:
     typer.echo("fit: trying values over the range of the atlas, some seconds", err=True)
     found = pairsim.fit(

@@ -24,12 +24,12 @@ EXAMPLES = (
 
 
 def moduli(
-    file: Annotated[Path, typer.Argument(help="File of a cytometer (.rtdc).")],
-    table: Annotated[Path, typer.Option(help="Look-up table of pairsim table --cytometry, or one of dclab.")],
+    file: Annotated[Path, typer.Argument(help="Cytometer file (.rtdc).")],
+    table: Annotated[Path, typer.Option(help="Look-up table from pairsim table --cytometry, or one from dclab.")],
     carrier: Annotated[
         str | None,
         typer.Option(
-            help="Carrier in place of that in the file: 0.49%, 0.59% or 0.83% MC-PBS, or table for that of the table."
+            help="Carrier, in place of that in the file: 0.49%, 0.59% or 0.83% MC-PBS; or table, for that of the table."
         ),
     ] = None,
     celsius: Annotated[

@@ -29,10 +29,11 @@ EXAMPLES = (
 def plot(
     folders: Annotated[list[Path], typer.Argument(help="Folders of results.", metavar="DIR...")],
     out: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Where the pictures go (default: the folder itself).")
+        Path | None, typer.Option("-o", "--output", help="Folder for the pictures (default: that of the results).")
     ] = None,
     formats: Annotated[
-        str | None, typer.Option("--format", metavar="png,pdf,svg", help="Kinds of files, one or more (default: png).")
+        str | None,
+        typer.Option("--format", metavar="png,pdf,svg", help="Formats of the pictures, one or more (default: png)."),
     ] = None,
     width: Annotated[
         str, typer.Option(metavar="MM", help="Width: 85mm for a column of a journal, 170mm for a page.")
@@ -41,16 +42,16 @@ def plot(
         str | None,
         typer.Option(
             metavar="NAME",
-            help="Fields of a run or a curve, and nothing else: velocity, streamlines, tr_c, yielding (where a "
-            "liquid with a yield stress flows), N1 (tau_zz - tau_rr), tau_zz, pressure, velocity_extra, tau_zz_extra, "
-            "pressure_extra (less what is there without particles), or all.",
+            help="Draw only fields of a run or a curve: velocity, streamlines, tr_c, yielding (where a liquid with a "
+            "yield stress flows), N1 (tau_zz - tau_rr), tau_zz, pressure, velocity_extra, tau_zz_extra, "
+            "pressure_extra (differences from the flow without particles), or all.",
         ),
     ] = None,
     animate: Annotated[
-        bool, typer.Option("--animate", help="Make the fields a GIF of all times (of a curve: distances).")
+        bool, typer.Option("--animate", help="Make a GIF of the fields at all times (of a curve: at all distances).")
     ] = False,
     group: Annotated[
-        str | None, typer.Option(metavar="KEY", help="Parameter of a sweep, or of several folders, for the colours.")
+        str | None, typer.Option(metavar="KEY", help="Parameter of a sweep, or of several folders, shown by colours.")
     ] = None,
     physical: Physical = None,
     legend: Annotated[

@@ -14,7 +14,7 @@ EXAMPLES = "Examples: pairsim schema curve | pairsim schema run --json > run.sch
 def schema(
     command: Annotated[OfFiles, typer.Argument(help="The command that reads the file.")] = "run",
     as_json: Annotated[
-        bool, typer.Option("--json", help="Print a JSON Schema, with which editors check files.")
+        bool, typer.Option("--json", help="Print a JSON Schema, with which editors can check files.")
     ] = False,
 ) -> None:
     from rich.table import Table

@@ -34,22 +34,29 @@ def table(
     ] = None,
     physical: Physical = None,
     cytometry: Annotated[
-        bool, typer.Option("--cytometry", help="Of a sweep of shape: a table of moduli for pairsim moduli and dclab.")
+        bool,
+        typer.Option(
+            "--cytometry", help="For a sweep of shape: the look-up table of moduli for pairsim moduli and dclab."
+        ),
     ] = False,
     channel: Annotated[
         Literal["equivalent", "square", "round"],
         typer.Option(
-            help="With --cytometry, the channel of the cytometer: square, for which the tube stands (equivalent: "
-            "moduli of the tube as they are; square: corrected for the walls), or round, the tube itself."
+            help="With --cytometry, the channel of the cytometer: a square one, with the moduli of the equivalent tube "
+            "(equivalent) or with these corrected for the walls (square), or the tube itself (round)."
         ),
     ] = "equivalent",
     at: Annotated[
         list[str] | None,
-        typer.Option("--at", metavar="D", help="Of a curve: dU and its error at a distance, such as 8um; repeat it."),
+        typer.Option(
+            "--at", metavar="D", help="For a curve: dU and its error at a distance, such as 8um; may be repeated."
+        ),
     ] = None,
-    all_: Annotated[bool, typer.Option("--all", help="All columns; on a terminal all rows, too.")] = False,
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="CSV file to write (default: print).")] = None,
-    netcdf: Annotated[Path | None, typer.Option(metavar="FILE", help="Of a sweep: a netCDF file to write.")] = None,
+    all_: Annotated[bool, typer.Option("--all", help="All columns and, on a terminal, all rows.")] = False,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="CSV file to write (default: print the table).")
+    ] = None,
+    netcdf: Annotated[Path | None, typer.Option(metavar="FILE", help="For a sweep: netCDF file to write.")] = None,
     overwrite: OverwriteFile = False,
 ) -> None:
     check_free(output, overwrite)

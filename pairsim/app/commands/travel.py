@@ -31,9 +31,9 @@ EXAMPLES = "Examples: pairsim travel runs/curve --from 0.1 --to 0.5 | pairsim tr
 def travel(
     directory: Annotated[Path, typer.Argument(help="Folder of pairsim curve.")],
     start: Annotated[
-        str, typer.Option(START, metavar="D", help="First distance, in tube diameters D_c or with a unit.")
+        str, typer.Option(START, metavar="D", help="Initial distance, in tube diameters D_c or with a unit.")
     ],
-    stop: Annotated[str, typer.Option(STOP, metavar="D", help="Last distance, in tube diameters D_c or with a unit.")],
+    stop: Annotated[str, typer.Option(STOP, metavar="D", help="Final distance, in tube diameters D_c or with a unit.")],
 ) -> None:
     if (kind := kind_of(directory)) != "curve":
         raise InputError(str(directory), "", None, f"must be a folder of `pairsim curve`, not of `pairsim {kind}`")

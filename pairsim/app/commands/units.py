@@ -47,8 +47,8 @@ EXAMPLES = (
 
 def units(
     *,
-    pressure: Annotated[Text, _quantity(help="Pressure drop in place of --flow, such as 20kPa; with --over.")] = None,
-    over: Annotated[Text, _quantity(help="Length of tube over which it falls, such as 5cm.")] = None,
+    pressure: Annotated[Text, _quantity(help="Pressure drop, in place of --flow, such as 20kPa; needs --over.")] = None,
+    over: Annotated[Text, _quantity(help="Length of tube over which the pressure drops by this, such as 5cm.")] = None,
     liquid: Annotated[
         Text,
         _law(
@@ -57,20 +57,22 @@ def units(
         ),
     ] = None,
     carrier: Annotated[
-        Text, typer.Option(help="Carrier of cytometry in place of --liquid, such as '0.59% MC-PBS'.")
+        Text, typer.Option(help="Carrier of cytometry, in place of --liquid, such as '0.59% MC-PBS'.")
     ] = None,
     celsius: Annotated[float, typer.Option(help="Temperature of the carrier in degrees Celsius.")] = 23.0,
     solid: Annotated[Text, _law(help=f"Law of the particles: {', '.join(solids.LAWS)}, or one of your own.")] = None,
     rheology: Annotated[
         File,
-        typer.Option(help="File of a rheometer with a flow curve (shear rate, viscosity or stress, N1), to be fitted."),
+        typer.Option(help="Rheometer file with a flow curve to be fitted (shear rate, viscosity or stress, N1)."),
     ] = None,
     spectrum: Annotated[
-        File, typer.Option(help="File of a rheometer with moduli (frequency, G', G''), to be fitted.")
+        File, typer.Option(help="Rheometer file with moduli to be fitted (frequency, G', G'').")
     ] = None,
     section: Annotated[
         list[str] | None,
-        typer.Option(help="Section of these files to be read, by a part of its name; repeat it for two files."),
+        typer.Option(
+            help="Section of these files to be read, by a part of its name; repeat it if there are two files."
+        ),
     ] = None,
     kind: Annotated[OfQuestion, typer.Option("--kind", help="The command that the case file is for.")] = "run",
     output: Annotated[File, typer.Option("-o", "--output", help="Write a case file to this path.")] = None,
