@@ -78,7 +78,7 @@ class InputParts:
 
 def unknown_in_words(keys: Sequence[str]) -> str:
     """A sentence on inputs, by their keys, whose parts are not known."""
-    return f"what the half-width of {' and '.join(keys)} adds is not known: the curve has no derivatives for it"
+    return f"how much the half-width of {' and '.join(keys)} adds is not known: the curve has no derivatives for it"
 
 
 def together(parts: Iterable[Array | float]) -> Array:

@@ -80,9 +80,9 @@ class DrawnRange:
         at_end = "d beyond its ends" if part > self.outside.min() + MANY else ""
         beyond = " or ".join(filter(None, (self.beyond, at_end)))
         means = (
-            "count as outside of this range" if part < 1 - COVERED else "are not known: the range is that of the others"
+            "count as outside this range" if part < 1 - COVERED else "are not known: the range is that of the others"
         )
-        return f"{100 * part:.2g} % of the draws are outside of the atlas{beyond and f', {beyond},'} and {means}"
+        return f"{100 * part:.2g} % of the draws are outside the atlas{beyond and f', {beyond},'} and {means}"
 
     def holds_both_signs(self, d: Array) -> Flags:
         """Whether the range holds 0 at distances [D_c], of their shape."""

@@ -88,7 +88,7 @@ class Travel:
             there = in_unit(scales, LENGTH, self.forgotten, digits=3)
             known = f"has forgotten its start by d = {there}"
             known = known if self.forgotten < np.inf else "does not forget its start on this curve"
-            lines.append(f"this is of a pair that passes d = {start}; one that starts there {known}")
+            lines.append(f"this holds for a pair that passes d = {start}; one that starts there {known}")
             if self.start_error is not None:
                 changed = with_name(scales, TIME, self.start_error, digits=2)
                 lines[-1] += f", and takes up to about {changed} more or less if it starts from rest"
@@ -209,7 +209,7 @@ def _obstacle(curve: CurveInterpolant, start: float, stop: float) -> Text:
     if start == stop:
         return "must differ from `start`"
     if abs(curve.peak.dU) < NEGLIGIBLE_DU:
-        return "must be left out: dU = 0 at every distance, so that the pair keeps its own"
+        return "must be left out: dU = 0 at every distance, so that the pair never moves to another one"
     if zeros := [zero for zero in curve.zeros if low <= zero <= high]:
         side = "must be on the same side of the zeros of dU as d = {}: dU = 0 at d = {}"
         return Message(side, LENGTH(start, "g"), LENGTH(zeros))
@@ -221,4 +221,4 @@ def _obstacle(curve: CurveInterpolant, start: float, stop: float) -> Text:
     unsure = inside[np.abs(curve.values(inside)) <= curve.half_widths(inside)]
     if not unsure.size:
         return ""
-    return Message("must be reached without a distance at which dU may vanish, as at d = {}", LENGTH(unsure[0]))
+    return Message("must be such that dU certainly does not vanish on the way, as it may at d = {}", LENGTH(unsure[0]))

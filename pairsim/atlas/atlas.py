@@ -212,7 +212,7 @@ class Atlas:
             low, high = self.box[name]
             slack = SLACK * (high - low)
             if not low - slack <= value <= high + slack:
-                found.append(f"{name} = {value:.4g} is not in {low:g} to {high:g}")
+                found.append(f"{name} = {value:.4g} is not between {low:g} and {high:g}")
         return found
 
     def velocities(self, places: ArrayLike) -> tuple[Array, Array]:

@@ -229,7 +229,7 @@ class UnequalAtlas:
             low, high = self.unequal.ratios[name]
             if not low * (1 - ROUNDING) <= value <= high * (1 + ROUNDING):
                 said.append(
-                    f"the ratio of the {name}, leading to trailing, = {value:.4g} is not in {low:g} to {high:g}"
+                    f"the ratio of the {name}, leading to trailing, is {value:.4g}, not between {low:g} and {high:g}"
                 )
         return said
 

@@ -40,9 +40,11 @@ def with_unequal(
         InputError: The curves are too few, or the atlas has no derivatives by the difference of the diameters.
     """
     if len(curves.De) < LEAST:
-        raise InputError("atlas", "curves", len(curves.De), f"must be at least {LEAST} of unequal pairs")
+        raise InputError("atlas", "curves", len(curves.De), f"must be at least {LEAST} curves of unequal pairs")
     if not np.isfinite(atlas.curves.differences).all(axis=1).any():
-        raise InputError("atlas", "start", None, "must have curves with derivatives by the difference of diameters")
+        raise InputError(
+            "atlas", "start", None, "must have curves with derivatives with respect to the difference of the diameters"
+        )
     beads = _beads(atlas, curves, singles)
     model = UnequalAtlas(atlas, Unequal(ratios, np.array(FIRST), np.ones(len(atlas.d)), curves, beads))
     places, data = model.data_of(curves)

@@ -66,7 +66,7 @@ def _other_liquid(case: SceneCase, theirs: SceneCase) -> Iterator[str]:
     """Yield in which law or parameters the liquids differ, apart from De, a parameter of the box."""
     one, other = case.liquid_model, theirs.liquid_model
     if one.structure != other.structure:
-        yield f"the liquid is {one.label}, in the atlas {other.label}"
+        yield f"the liquid is {one.label}, that of the atlas {other.label}"
         return
     yield from _other_numbers(
         {name: value for name, value in one.numbers.items() if name != "De"}, other.numbers, many=len(one.modes) > 1
@@ -80,7 +80,7 @@ def _other_solids(case: SceneCase, theirs: SceneCase) -> Iterator[str]:
         if one is None or other is None:  # rigid ones have no law
             continue
         if one.name != other.name:
-            found.append(f"the beads are {one.label}, in the atlas {other.label}")
+            found.append(f"the beads are {one.label}, those of the atlas {other.label}")
         else:
             found += _other_numbers({**one.numbers, "Ca_e": other.Ca_e}, other.numbers)
     yield from dict.fromkeys(found)
@@ -90,7 +90,7 @@ def _other_numbers(one: Mapping[str, float], other: Mapping[str, float], many: b
     """Yield the parameters that differ; names are given without their law unless there are `many` modes."""
     for name, value in one.items():
         if not math.isclose(value, other[name], rel_tol=SAME):
-            yield f"{name if many else name.rpartition('.')[2]} = {value:g}, in the atlas {other[name]:g}"
+            yield f"{name if many else name.rpartition('.')[2]} = {value:g}, but {other[name]:g} in the atlas"
 
 
 def _other_keys(case: SceneCase, theirs: SceneCase) -> Iterator[str]:
@@ -99,7 +99,7 @@ def _other_keys(case: SceneCase, theirs: SceneCase) -> Iterator[str]:
     for name, key in keys_of(type(case)).items():
         if key.part is Part.PROBLEM and "." not in name and name not in PARAMETERS and one.get(name) != other.get(name):
             ours, others = (_shown(each.get(name, key.default)) for each in (one, other))
-            yield f"{name} is {ours}, in the atlas {others}"
+            yield f"{name} is {ours}, but {others} in the atlas"
 
 
 def _shown(value: Any) -> str:

@@ -53,7 +53,7 @@ class Reporter:
         if (now := time.monotonic()) - self.line >= LINE_EVERY:
             self.line = now
             begun = bool(self.part) or known
-            first = f"  {self.part:4.0%}  at work on" if begun else "no result yet, solving easier cases first"
+            first = f"  {self.part:4.0%}  working on" if begun else "no result yet, solving easier cases first"
             self.say(f"{first}: {place}")
 
     def case(self, count: int, text: str) -> None:

@@ -349,14 +349,14 @@ class Result:
         if reason == BudgetSpent.reason and resumes:
             return f"Next: pairsim run --resume {directory} with a larger --budget continues from the last checkpoint."
         if reason == BudgetSpent.reason:
-            return "Next: the same command with a larger --budget and --overwrite; what was written stands until then."
+            return "Next: the same command with a larger --budget and --overwrite; what was written is kept until then."
         if reason not in CASE_NOT_AT_FAULT:
             _, found, remedy = self.message.rpartition("; try ")
             change = f"try {remedy}; " if found else ""
-            return f"Next: {change}unchanged, the case fails in the same way. What was written stands."
+            return f"Next: {change}unchanged, the case fails in the same way. What was written is kept."
         if resumes:
             return f"Next: pairsim run --resume {directory} continues from the last checkpoint."
-        return "Next: the same command with --overwrite computes it again; what was written stands until then."
+        return "Next: the same command with --overwrite computes it again; what was written is kept until then."
 
     def plot(
         self,
@@ -406,7 +406,7 @@ class Result:
         hits = np.flatnonzero(np.isclose(self.places, place, rtol=1e-9, atol=1e-12))
         if not hits.size:
             listed = ", ".join(f"{place:g}" for place in self.places)
-            needs = f"was not written; the case needs `{self.question.fields_key}` for fields"
+            needs = f"was not written; for fields the case needs `{self.question.fields_key}`"
             allowed = f"must be one of {listed}" if listed else needs
             raise InputError("fields", self.question.frames, at, allowed)
         return grid_of(read_frame(self._place, int(hits[0])), self.scales if physical else None)

@@ -123,9 +123,9 @@ def moves_on(case: SceneCase, places: Sequence[Text], part: float) -> list[Text]
     several = len(places) > 1
     at = Message("{} places from {} to {}", len(places), places[0], places[-1]) if several else places[0]
     said = (
-        "at {} the particles move on before they have forgotten their start (t_relax): dU_error is up to {} % of the "
-        "largest |dU| by that alone, more than accuracy: {}, and no mesh reduces it; pairsim run tells how particles "
-        "move there from a start of their own"
+        "at {} the particles move on before they have forgotten their start (t_relax): this alone makes dU_error up to "
+        "{} % of the largest |dU|, more than accuracy: {}, and no mesh reduces it; pairsim run shows how particles "
+        "that start there move"
     )
     return [Message(said, at, above(100 * part, 100 * case.error_wanted), case.accuracy)]
 
@@ -147,7 +147,7 @@ def near_ends(case: SceneCase, span: float, of: str) -> list[Text]:
     )
     if case.liquid_model.modes and of == "dU":
         off = next(error for below, error in ENDS_ERRORS if left < below * case.margin)
-        message += f", by up to {off} % of the largest |dU| in the tubes measured"
+        message += f", by up to {off} % of the largest |dU| in the tubes that were tested"
     if left < FREE_ENDS:  # a run has ended there, and says which length is enough
         return [message]
     return [message + f"; use {_longer(case)}, or limits.max_gap in a run"]

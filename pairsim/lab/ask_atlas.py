@@ -94,7 +94,7 @@ def ask(
     if asked.De and asked.liquid is None:
         taken = asked.liquid_model.modes[0].label
         fit = "pairsim units --rheology FILE fits one to a flow curve"
-        notes.append(f"No law of the liquid is named, and {taken} is taken: {fit}.")
+        notes.append(f"No law of the liquid is given, so {taken} is assumed: {fit}.")
     notes += [f"On the axis, {said}." for said in first_order_focusing(asked, asked.reynolds_number)]
     if notes:
         record = record.with_entries({NOTES: notes})
@@ -156,7 +156,7 @@ def _of_its_law(
 def _doubts(case: SceneCase) -> Iterator[str]:
     """Reasons why the computation of a case may not find the answer."""
     if beyond_checked(case):
-        yield f"above De = {MOST_DE:g} no dU was compared with finer meshes, and it may find no steady state"
+        yield f"above De = {MOST_DE:g} dU was not compared with finer meshes, and there may be no steady state"
     yield from beyond_steady_shapes(case.betas, case.Ca_es)
     yield from beyond_tension(case.liquid_model, case.betas, case.Ca_es)
 
@@ -187,8 +187,8 @@ def _disagreements(case: SceneCase, curve: Curve, others: Sequence[Atlas]) -> li
         )
         place = in_unit(case.scales, LENGTH, float(d[at]))
         found.append(
-            f"two atlases disagree: at d = {place} that of the law of the liquid, which answers, has dU = {one}, "
-            f"another one {two}; pairsim curve tells which is right"
+            f"two atlases disagree: at d = {place} that of the law of the liquid, from which this answer is, has "
+            f"dU = {one}, another one {two}; pairsim curve shows which is right"
         )
     return found
 
@@ -209,17 +209,17 @@ def _case_of(atlas: Atlas, case: AnyCase | None, **given: Any) -> SceneCase:
     else:
         loaded = _loaded(case, **given)
         if loaded.n != 2:
-            raise InputError(SOURCE, "", None, f"must have a pair: this is a case of pairsim {loaded.kind}")
+            raise InputError(SOURCE, "", None, f"must be the case of a pair, not one of pairsim {loaded.kind}")
         keys, of_curve = loaded.model_dump(mode="json", exclude_unset=True), QUESTIONS["curve"].model.model_fields
         block = {key: value for key, value in keys.pop("physical", {}).items() if key not in ("distance", "end")}
         declared = keys_of(type(loaded))
         for key in keys.keys() - of_curve.keys():  # where and when a run begins and ends does not matter
             if declared[key].of_problem and getattr(loaded, key) != declared[key].default:
-                raise InputError(SOURCE, key, keys[key], "must be left out: an atlas does not know it")
+                raise InputError(SOURCE, key, keys[key], "must be left out: atlases do not cover it")
         known = {key: value for key, value in keys.items() if key in of_curve}
         found = load({**ends, **known, **more, **({"physical": block} if block else {})}, kind="curve")
     if found.n != 2:
-        raise InputError(SOURCE, "particles", found.n, "must be 2: the answers are those of pairs")
+        raise InputError(SOURCE, "particles", found.n, "must be 2: an atlas answers for pairs")
     return found
 
 

@@ -150,17 +150,17 @@ def units(
 
 def _numbers(case: SceneCase, Re: float) -> Iterator[Row]:
     viscous, modes, soft = case.is_viscous, case.liquid_model.modes, any(case.Ca_es)
-    yield "beta", _list(case.beta), "particle over tube diameter, D_p/D_c"
+    yield "beta", _list(case.beta), "diameter of the particle over that of the tube, D_p/D_c"
     if not viscous:
         yield "De", f"{case.De:.4g}", "Deborah number lambda U_av/D_c"
     yield "Ca_e", _list(case.Ca_e), "elastic capillary number eta_0 U_av/(D_c G_p)"
     if modes:
-        yield "xi", f"{case.xi:.4g}", "solvent over total viscosity"
+        yield "xi", f"{case.xi:.4g}", "viscosity of the solvent over that of the liquid"
     for each in case.declared_parameters:
         if each.value is not None and (soft if each.key.startswith("solid") else modes or viscous):
             yield each.key, f"{each.value:.4g}", each.parameter.words
     if case.n > 1:
-        yield *_distances(case), "distance between the surfaces over tube diameter"
+        yield *_distances(case), "distance between the surfaces, over the tube diameter"
     yield "Re", f"{Re:.3g}", "Reynolds number rho U_av D_c/eta_0"
     yield "Re beta^2", f"{Re * max(case.betas) ** 2:.3g}", "Reynolds number of a particle"
 
@@ -187,7 +187,7 @@ def _of_flow(
     rate, warnings = flow.wall_rate / scales.time, []
     if falls := falling_stress(liquid, flow.wall_rate):
         between = " to ".join(f"{each / scales.time:.3g}" for each in falls)
-        bands = "it may form shear bands, and have no steady flow; a larger solvent viscosity (xi) helps"
+        bands = "shear bands may form, and there may be no steady flow; a larger solvent viscosity (xi) helps"
         warnings.append(f"warning: the shear stress falls with the shear rate from {between} 1/s: {bands}")
     if fit and rate > 1.001 * (most := max(x.max() for _, x, _ in fit.data.curves)):
         beyond = f"beyond the data, which end at {most:.4g} 1/s: the law is extrapolated"
@@ -197,7 +197,7 @@ def _of_flow(
     rows = [("wall shear rate", f"{rate:.4g} 1/s", "of the flow without particles")]
     if liquid.modes:
         Wi = f"{liquid.longest * flow.wall_rate:.4g}"
-        rows.append(("Wi at the wall", Wi, "Weissenberg number lambda times this rate"))
+        rows.append(("Wi at the wall", Wi, "Weissenberg number, lambda times this rate"))
     rows.append(("wall stress", f"{flow.gradient / 4 * scales.stress:.4g} Pa", "shear stress there"))
     drop = 1e-5 * flow.gradient * scales.stress / scales.length
     return [*rows, ("pressure drop", f"{drop:.4g} kPa/cm", "without particles")], warnings
@@ -251,6 +251,6 @@ def _defaults(case: SceneCase, given: Container[str]) -> Iterator[str]:
     if isinstance(case, Case) and "end" not in given:
         yield f"end time: {case.time.end:g} D_c/U_av, {in_unit(case.scales, TIME, case.time.end)}"
     if isinstance(case, Case) and "start" not in given:
-        yield f"start: {case.start}, as of beads that have flowed through the tube for long"
+        yield f"start: {case.start}, as of beads that have been flowing through the tube for a long time"
     if "density" not in given:
         yield f"density: {WATER}"

@@ -44,9 +44,9 @@ def first_order_focusing(case: SceneCase, Re: float | None) -> Iterator[str]:
     most = min(one.Re_most for one in found)
     inertia = f"as long as the Reynolds number is below about {most:.2g}"
     if Re is not None and Re >= most:
-        inertia = f"without inertia, which drives it off the axis from a Reynolds number of about {most:.2g} on"
+        inertia = f"without inertia, which drives it off the axis above a Reynolds number of about {most:.2g}"
     here = "" if Re is None else f" (here {Re:.2g})"
     yield (
         f"{bead} focuses: a small displacement from the axis falls to a tenth within about {tube} of tube, "
-        f"{inertia}{here}; to first order, which is within {100 * OFF:g} % up to {up_to}"
+        f"{inertia}{here}; to first order, which is accurate to {100 * OFF:g} % up to {up_to}"
     )

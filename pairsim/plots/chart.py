@@ -232,7 +232,7 @@ def notes(series: Sequence[Line], words: str = ERROR_OF_DU) -> list[Any]:
     label = ERROR_OF_F if F in quantities else words + (" and $D$" if TAYLOR in quantities else "")
     bands = [Patch(color="0.35", alpha=BAND, linewidth=0, label=label)] if banded else []
     if any(each.inputs is not None for each in series):
-        bands.append(Patch(color="0.35", alpha=LIGHTER * BAND, linewidth=0, label="half-width by the inputs"))
+        bands.append(Patch(color="0.35", alpha=LIGHTER * BAND, linewidth=0, label="half-width due to the inputs"))
     marked = {each.mark for each in series}
     plain: Look = {"color": "0.2", "linestyle": ""}
     looks: dict[str, Look] = {mark: {**plain, **look} for mark, look in MARKS.items() if mark in marked}

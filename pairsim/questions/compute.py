@@ -103,9 +103,9 @@ class Computation[R: Result]:
         if count != 1 and not self.question.shared:
             raise InputError(source, "workers", count, f"must be 1: a {self.question.name} is computed on one core")
         if isinstance(count, bool) or not isinstance(count, int) or count < 1:
-            raise InputError(source, "workers", count, "must be a whole number from 1 on")
+            raise InputError(source, "workers", count, "must be a whole number of at least 1")
         if executor is not None and count == 1:
-            raise InputError(source, "workers", count, "must be 2 or more with an executor, this process included")
+            raise InputError(source, "workers", count, "must be 2 or more with an executor, including this process")
         return Workers(count, executor)
 
     def _compute(
@@ -129,7 +129,7 @@ class Computation[R: Result]:
         resumed = [flag.name for flag, on in given.items() if flag.resumes and on]
         flags = {flag.name: on for flag, on in given.items() if not flag.resumes}
         if resumed and folder is None:
-            allowed = "must be left out without a folder, which has the checkpoint"
+            allowed = "must be left out without a folder, where the checkpoint is"
             raise InputError(f"pairsim.{self.__name__}", resumed[0], True, allowed)
         overwrite = overwrite and not resumed
         checked = case_of(self.question, case, more, self._files)

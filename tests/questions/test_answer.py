@@ -70,7 +70,7 @@ def logarithmic(zero: float, rate: float, error: float, count: int = 3) -> dict[
 
 
 BEYOND = ", the end of this curve; beyond it |dU| may be larger."
-ELSEWHERE = " or elsewhere, which its half-width leaves open."
+ELSEWHERE = " or elsewhere, which the half-width leaves open."
 CURVES = [
     (
         (logarithmic(0.2, 1e-3, 1e-5), [Zero(0.2, False, 0.002)]),
@@ -107,7 +107,7 @@ CURVES = [
     ),
     (
         (logarithmic(0.2, 1e-3, 1e-2), [Zero(0.2, False, 2.0)]),
-        "Not decided between d = 0.1 and 0.3: the interval of dU holds both signs.",
+        "Not decided between d = 0.1 and 0.3: the interval of dU contains both signs.",
         "Largest |dU|: -0.001 +- 0.010 at d = 0.1" + ELSEWHERE,
     ),
     (
@@ -118,7 +118,7 @@ CURVES = [
     (
         (logarithmic(0.2, 1e-3, 1e-5, 2), [Zero(0.2, False)]),
         "The pair comes closer at d = 0.1, separates at d = 0.3. "
-        "Not decided between d = 0.1 and 0.3: the interval of dU holds both signs.",
+        "Not decided between d = 0.1 and 0.3: the interval of dU contains both signs.",
         "Largest |dU| of two points: -0.0006931 at d = 0.1 +- 0.2; what lies between is not known.",
     ),
 ]
@@ -213,7 +213,7 @@ def test_critical_distances_by_kind() -> None:
     assert answer_of_critical(zeros, Record({"ends": ends})) == [
         "2 unstable critical distances, d = 0.100 +- 0.003 to 0.20 +- 0.02: "
         "closer pairs come together, wider ones separate.",
-        "1 stable critical distance, d = 0.3: pairs come to rest.",
+        "1 stable critical distance, d = 0.3: pairs settle there.",
         "A line of critical distances ends: edge.",
     ]
 
@@ -292,7 +292,7 @@ def settled(dU: float, error: float, **more: Any) -> dict[str, Any]:
 
 
 WITHOUT_START = "Without any memory of its start it would have dU = {} there (a quasi-steady solution)"
-UNDECIDED = "may separate or come closer (not decided: the interval of dU holds both signs)"
+UNDECIDED = "may separate or come closer (not decided: the interval of dU contains both signs)"
 
 
 @pytest.mark.parametrize(
@@ -303,7 +303,7 @@ UNDECIDED = "may separate or come closer (not decided: the interval of dU holds 
             (1.5e-2, 1e-4),
             "separates: {}, dU = +0.01500 +- 0.00015 at the end. "
             + WITHOUT_START.format("+0.01500 +- 0.00010")
-            + ". While it started up it came closer.",
+            + ". During start-up it came closer.",
         ),
         (
             -1.5e-2,

@@ -67,12 +67,12 @@ def _with(case: dict[str, Any], key: str, value: Any) -> dict[str, Any]:
     ("key", "values", "wrong"),
     [
         ("beta", [0.3, 0.4], "must be a number of the liquid or of the particles, or a quantity: De, xi"),
-        ("physical.tube", ["50 um"], "must change the liquid or the softness of the particles alone, not beta"),
-        ("physical.young", ["1 kPa"], "must be a quantity that physical of the case has"),
+        ("physical.tube", ["50 um"], "must change nothing but the liquid and the softness of the particles, not beta"),
+        ("physical.young", ["1 kPa"], "must be a quantity in physical of the case"),
         ("physical.flow_rate", [1.0], "must be quantities with their unit, such as 1 ul/min"),
         ("liquid.alpha", [0.1, 2.0], "must be values of liquid.alpha from 0 to 1"),
         ("physical.relaxation", ["1 ms", "1000 s"], "must be values of De from 1e-06 to 10000, where De = "),
-        ("De", ["1 ms"], "must be numbers, as De is one"),
+        ("De", ["1 ms"], "must be numbers, since De is one"),
     ],
 )
 def test_what_cannot_be_followed_is_refused(key: str, values: list[Any], wrong: str) -> None:

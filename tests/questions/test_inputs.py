@@ -140,14 +140,14 @@ def test_a_travel_says_which_input_it_does_not_know() -> None:
     way = of_inputs([thinning, INPUTS[1]], PROPORTIONAL).travel(0.1, 0.5)
     assert way.time_inputs is None
     assert "modulus" in way.by_inputs
-    said = "what the half-width of viscosity adds is not known: the curve has no derivatives for it"
+    said = "how much the half-width of viscosity adds is not known: the curve has no derivatives for it"
     assert str(way).splitlines()[-1] == said
 
 
 def test_the_part_of_the_inputs_is_a_band_of_its_own() -> None:
     (line, *_) = curve_lines(CURVE, NO_PARAMETERS)
     assert line.inputs == pytest.approx(CURVE.by_inputs.half_widths(line.x))
-    assert [each.get_label() for each in notes([line])] == [r"error of $\Delta U$", "half-width by the inputs"]
+    assert [each.get_label() for each in notes([line])] == [r"error of $\Delta U$", "half-width due to the inputs"]
     assert curve_lines(CURVE, Parameters({"De": 0.5}))[0].inputs is None, "one of many curves in a picture"
 
 
@@ -186,4 +186,4 @@ def test_a_table_at_a_distance_says_what_it_does_not_know(tmp_path: Path) -> Non
     (folder / "run.json").write_text(json.dumps(RECORD | {"kind": "curve", "inputs": [INPUTS[0]._asdict()]}))
     table = CliRunner().invoke(app, ["table", str(folder), "--at", "10um"])
     assert table.stdout.splitlines()[0] == "d [um],dU [um/s],dU_error [um/s]"
-    assert "note: what the half-width of relaxation adds is not known" in table.stderr
+    assert "note: how much the half-width of relaxation adds is not known" in table.stderr

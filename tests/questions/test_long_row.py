@@ -116,7 +116,8 @@ def test_a_row_with_given_distances_has_its_error_and_its_propagator(follow: Any
     spread, half_widths, audit, propagator = train.findings()[-4:]
     assert spread.startswith("Spread of 2 distances within 40 D_c of tube: from 14.3 % to ")
     off = re.match(
-        r"By how much the model .* 3 neighbours .* in full, by ([\d.]+) %.* growth rates of the train by", audit
+        r"Error of the model .* 3 neighbours .* in full, is off by at most ([\d.]+) %.* growth rates of the train by",
+        audit,
     )
     assert off
     assert 1 < float(off[1]) < 60, "sums of pairs are poor"

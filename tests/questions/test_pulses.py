@@ -33,12 +33,12 @@ def test_a_run_ends_once_cycles_are_periodic_and_tells_the_drift_of_the_last_one
     assert result.table["drift"].iloc[-1] == pytest.approx(cycles["drift"][0])
     assert result.table["Q"].to_numpy()[[0, -1]].tolist() == [1.0, -1.0]
     first, second, third = result.findings()
-    assert first.startswith("The pair neither separates nor comes closer as far as is known")
-    assert "a cycle of 1 (cycle 2, " in first
+    assert first.startswith("The pair may separate or come closer: its distance changes by ")
+    assert "per cycle of 1 (cycle 2, " in first
     assert "Cycles have become periodic" in second
     last = result.table[result.table["t"] >= 1.0]
     least, most = last["d"].min(), last["d"].max()
-    assert f"d is from {least:.5g} to {most:.5g} and dU from" in third
+    assert f"d goes from {least:.5g} to {most:.5g} and dU from" in third
     pairsim.plot(tmp_path / "run", out=tmp_path)
     assert (tmp_path / "series.png").stat().st_size > 10_000
 
@@ -133,7 +133,7 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "a period of a table": ({"shape": "table", "times": [0, 1], "flows": [1, 2], "period": 1}, "left out"),
     "times that do not ascend": ({"shape": "table", "times": [0, 2, 1], "flows": [1, 2, 3]}, "ascend"),
     "a flow too few": ({"shape": "table", "times": [0, 1], "flows": [1]}, "a flow rate for each"),
-    "no such file": ({"table": "none.csv"}, "can be read"),
+    "no such file": ({"table": "none.csv"}, "must be a readable file"),
     "another shape": ({"shape": "saw", "period": 1, "amplitude": 1}, "'sine', 'square'"),
 }
 
@@ -191,7 +191,7 @@ def test_decimal_commas_between_commas_are_no_further_cells(tmp_path: Path) -> N
 
 
 def test_rates_off_the_axis_are_refused_as_they_are_of_steady_flow() -> None:
-    with pytest.raises(InputError, match=r"focus.*rates off the axis are of steady flow"):
+    with pytest.raises(InputError, match=r"focus.*rates off the axis are those of a steady flow"):
         pairsim.load({**UNEQUAL, "focus": True})
 
 

@@ -215,7 +215,7 @@ def test_run_and_curve_give_one_answer() -> None:
     assert t == pytest.approx(10.2)
     assert d < 0.1
     assert whole.answer.startswith("The pair separates: ")
-    assert "While it started up it came closer." in whole.answer
+    assert "During start-up it came closer." in whole.answer
     curve = pairsim.curve(OF_BEADS, ends="developed", length="auto", d=[float(d)]).table
     assert abs(dU - curve["dU"][0]) < 2 * curve["dU_error"][0]
     assert curve["dU"][0] > curve["dU_error"][0]

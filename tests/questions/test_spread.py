@@ -129,9 +129,9 @@ def test_spread_in_units_is_a_part_of_the_mean() -> None:
     assert alike(other) == alike(case)
     with pytest.raises(InputError, match=r"physical\.particle\.each: got 'half'"):
         pairsim.load({"physical": block | {"particle": "24 um each half"}}, kind="curve")
-    with pytest.raises(InputError, match="this kind of case has no spread"):
+    with pytest.raises(InputError, match="cases of this command have no spread"):
         pairsim.load({"physical": block | {"distance": "6 um"}}, kind="run")
-    with pytest.raises(InputError, match=r"particles that differ \{mean: 20 um"):
+    with pytest.raises(InputError, match=r"if particles differ, \{mean: 20 um"):
         pairsim.load({"physical": block | {"particle": {"mean": "24 um"}}}, kind="curve")
     with pytest.raises(InputError, match=r"physical\.particle\.each"):
         pairsim.load({"physical": block | {"particle": {"mean": "24 um", "each": "40 kPa"}}}, kind="curve")

@@ -90,7 +90,7 @@ def test_dU_moves_the_centres_not_the_surfaces() -> None:
 
 
 def test_where_dU_may_vanish_there_is_no_time() -> None:
-    with pytest.raises(InputError, match="a distance at which dU may vanish"):
+    with pytest.raises(InputError, match="dU certainly does not vanish on the way"):
         curve_of(table(0.01 * D, np.full_like(D, 0.01), error=1.1)).travel(0.1, 0.5)
 
 
@@ -195,6 +195,6 @@ def test_the_answer_says_so_where_it_is_far() -> None:
     assert "held distance: dU_held, 10 % more" in slow
     held = answer_of_curve(curve_of(decaying(0.2, 1.0, dU_held=1.1 * 0.2 * D)))[2]
     free, fixed = (f"+{rate * D[-1]:.7f} +- 0.0000010" for rate in (0.2, 0.22))
-    assert held.startswith(f"At d = {D[-1]:.4g} a pair that moves freely has dU = {free}; while its distance is held, ")
-    assert held.endswith(f"it is dU_held = {fixed}.")
+    assert held.startswith(f"At d = {D[-1]:.4g} a pair that moves freely has dU = {free}; one whose distance is held, ")
+    assert held.endswith(f"has dU_held = {fixed}.")
     assert "forgotten" not in "".join(answer_of_curve(curve_of(decaying(0.2, 0.02))))

@@ -46,18 +46,17 @@ MOVED = {"beta": 0.4, "Ca_e": 0, "d": [0.1], "velocity": 1, "flow": 0, "mesh": {
 MORE_THAN_WANTED = "dU_error is 3 % of the largest |dU| at d = 0.1, more than accuracy: 1%; use a "
 COARSE = "is coarser than accuracy: 5% ({}): the error of dU may exceed 5% of its largest value"
 FAST = (
-    "the particles move on before they have forgotten their start (t_relax): dU_error is up to 20 % of the largest "
-    "|dU| by that alone, more than accuracy: 1%, and no mesh reduces it; pairsim run tells how particles move there "
-    "from a start of their own"
+    "the particles move on before they have forgotten their start (t_relax): this alone makes dU_error up to 20 % of "
+    "the largest |dU|, more than accuracy: 1%, and no mesh reduces it; pairsim run shows how particles that start "
+    "there move"
 )
 WARNINGS = {
     "mesh.Np = 12 " + COARSE.format(20): lambda: coarse_mesh(case(mesh={"Np": 12}), "dU"),
     "mesh.Np = 20 " + COARSE.format(28): lambda: coarse_mesh(case(De=0.5, liquid="oldroyd-b", mesh={"Np": 20}), "dU"),
     "mesh.max_size = 0.2 " + COARSE.format(0.1): lambda: coarse_mesh(case(De=1, mesh={"max_size": 0.2}), "dU"),
-    "the arcs beside a gap of 0.005 are 2.4 times as long as the gap (their length is set by d0): dU there is accurate "
-    "to a few percent only; use shorter ones (--set mesh.Np=60), or pairsim curve at that d": lambda: narrow_gap(
-        PAIR, 0.005, 0.0118
-    ),
+    "cell sides on the particles beside a gap of 0.005 are 2.4 times as long as the gap (d0 sets their length): dU "
+    "there is accurate to a few per cent only; use shorter ones (--set mesh.Np=60), or pairsim curve "
+    "at that d": lambda: narrow_gap(PAIR, 0.005, 0.0118),
     MORE_THAN_WANTED + "finer mesh (--set mesh.Np=60 --set mesh.max_size=0.13)": lambda: told(SMALL, LARGE),
     MORE_THAN_WANTED.replace(" at d = 0.1", "") + "longer tube (--set length=7.35)": lambda: told(
         ErrorAt(0.03, (), 0.02, 0.0)

@@ -100,7 +100,7 @@ def _check_along(case: CriticalCase) -> str:
 
 
 def _check_d(case: CriticalCase) -> str:
-    return "" if case.d[0] < case.d[1] else "must be [least, largest] in ascending order"
+    return "" if case.d[0] < case.d[1] else "must be the smallest and the largest distance, in ascending order"
 
 
 class CriticalCase(SceneCase):
@@ -158,7 +158,7 @@ def answer_of_critical(zeros: Sequence[Zero], record: Record) -> list[str]:
     """The answer, in words, of a search that has found critical distances."""
     lines = []
     scales = record.scales
-    for stable, meaning in ((False, "closer pairs come together, wider ones separate"), (True, "pairs come to rest")):
+    for stable, meaning in ((False, "closer pairs come together, wider ones separate"), (True, "pairs settle there")):
         found = sorted((zero for zero in zeros if zero.stable == stable), key=lambda zero: zero.d)
         if found:
             kind, ends = found[0].kind, found[:: max(len(found) - 1, 1)]

@@ -101,7 +101,7 @@ def _check_fields(case: CurveCase) -> Iterator[Mistake]:
         allowed = f"must be between the smallest and the largest d, {least:g} and {most:g}"
         yield from (Mistake("fields", d, allowed) for d in case.fields if not least <= d <= most)
     if case.fields and case.after is not None:
-        yield Mistake("fields", case.fields, "must be left out with after: pairsim run, hold: true has fields")
+        yield Mistake("fields", case.fields, "must be left out with after: pairsim run with hold: true writes fields")
 
 
 def _check_velocity(case: CurveCase) -> str:
@@ -123,8 +123,8 @@ def _check_flow(case: CurveCase) -> str:
     if case.flow:
         return ""
     if not case.velocity:
-        return "must be 1: nothing moves, unless velocity is given and not 0"
-    return "" if case.physical is None else "must be 1 with a physical block, whose velocity is its unit"
+        return "must be 1 unless velocity is given, and not 0: else nothing moves"
+    return "" if case.physical is None else "must be 1 with a physical block, whose velocity is the unit"
 
 
 PLACES = Key(part=Part.REPORT, usual={"start": 0.02, "stop": 0.8, "num": 9}, check=_check_d, first=True)
@@ -166,8 +166,8 @@ class CurveCase(OffAxisCase, SpreadCase):
     )
     after: Annotated[Time | None, Key("T", "D_c/U_{av}", caption=9, slug="after", check=_check_after)] = Field(
         None,
-        description="compute no steady states, but dU after a start from rest at held distances, at this time, twice "
-        "and four times it [D_c/U_av]; for liquids whose stress depends on the history, as below a yield stress",
+        description="dU after a start from rest at held distances, at this time, twice and four times it [D_c/U_av], "
+        "instead of steady states; for liquids whose stress depends on the history, as below a yield stress",
     )
     flow: Annotated[Literal[0, 1], Key(check=_check_flow)] = Field(
         1,
@@ -274,7 +274,7 @@ def solve(case: CurveCase, *, monitor: Monitor, workers: Workers, sensitivities:
         from pairsim.questions.curve.from_rest import from_rest
 
         if sensitivities:
-            allowed = "must be left out with after: derivatives are those of steady states"
+            allowed = "must be left out with after: derivatives are known of steady states only"
             raise InputError("pairsim curve", Argument("sensitivities"), None, allowed)
         return from_rest(case, monitor, workers)
     from pairsim.questions.curve.computation import computation

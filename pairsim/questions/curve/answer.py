@@ -111,7 +111,7 @@ def _largest(curve: Curve, gap: str) -> list[str]:
     beyond = f", the end of this curve; beyond it |{name}| may be larger" if at_end else ""
     if not at_end and peak.d_error > FLAT * peak.d:
         place = in_unit(scales, LENGTH, peak.d, digits=2)
-        beyond = " or elsewhere, which its half-width leaves open"
+        beyond = " or elsewhere, which the half-width leaves open"
     return [f"Largest |{name}|: {value} at {d} = {place}{beyond}."]
 
 
@@ -123,8 +123,8 @@ def _settling(curve: Curve, gap: str, end: float) -> str:
     where = f"at d = {', '.join(places)}: not settled there" if places else "nowhere"
     now, before = (in_unit(scales, TIME, each) for each in (end, end / 2))
     return (
-        f"dU{gap} is that from rest at held distances at t = {now}; since t = {before} it has changed by up to "
-        f"{in_unit(scales, VELOCITY, float(change.max()))}, by more than its half-width {where}."
+        f"dU{gap} is taken at t = {now} after a start from rest, with the distances held; since t = {before} it has "
+        f"changed by up to {in_unit(scales, VELOCITY, float(change.max()))}, by more than its half-width {where}."
     )
 
 
@@ -145,11 +145,11 @@ def _motion_over_d(
     sentences = [f"The pair {', '.join(moves)}."] if moves else []
     if held:
         sentences.append(
-            f"Unyielded liquid holds it together {', '.join(map(where, held))}: dU vanishes there as 1/m, it is creep "
-            "of the regularisation."
+            f"Unyielded liquid holds it together {', '.join(map(where, held))}: dU there is mere creep due to the "
+            "regularisation, which vanishes as 1/m."
         )
     if open_ones := [where(each) for each in regions if not each.sign]:
-        sentences.append(f"Not decided {', '.join(open_ones)}: the interval of dU holds both signs.")
+        sentences.append(f"Not decided {', '.join(open_ones)}: the interval of dU contains both signs.")
     if zeros:
         places = [f"{in_unit(scales, LENGTH, zero.d, zero.error)} ({zero.kind})" for zero in zeros]
         sentences.append(f"It keeps its distance at d = {', '.join(places)}.")
@@ -177,10 +177,10 @@ def _of_unequal(curve: Curve) -> list[str]:
         return []
     d, scales = curve.peak.d, curve.scales
     change = 0.01 * curve.interpolated(curve.by_difference, d)
-    key = f" ({DIFFERENCE.key}: 0 +- 1 % puts what is not known of it into the answer)" if scales is not None else ""
+    key = f" ({DIFFERENCE.key}: 0 +- 1 % would include this uncertainty in the answer)" if scales is not None else ""
     common = ", and the half-width of particle is common to both" if inputs.get("particle") else ""
     return [
-        f"The beads are taken to be equally large{common}: for each per cent by which the leading one is larger, dU at "
+        f"The beads are taken to be of equal size{common}: for each per cent by which the leading one is larger, dU at "
         f"d = {in_unit(scales, LENGTH, d)} changes by {in_unit(scales, VELOCITY, change, sign='+', digits=3)}{key}."
         f"{_decided_by(curve, curve.by_difference)}"
     ]
@@ -193,7 +193,7 @@ def _of_differing(curve: Curve, difference: str) -> list[str]:
     d, scales = curve.peak.d, curve.scales
     change = in_unit(scales, VELOCITY, 0.01 * curve.interpolated(curve.by_difference, d), sign="+", digits=3)
     place = in_unit(scales, LENGTH, d)
-    larger = "for each per cent by which its diameter is larger still"
+    larger = "for each further per cent of its diameter"
     return [f"{difference}; {larger}, dU at d = {place} changes by {change}."]
 
 
@@ -204,7 +204,9 @@ def _of_spread(curve: Curve) -> list[str]:
     if spread is None:
         return []
     unknown = spread.sizes if unequal is None else unequal.unknown
-    lines = [f"What the spread of the {name} does is not known: there are no derivatives for it." for name in unknown]
+    lines = [
+        f"The effect of the spread of the {name} is not known: there are no derivatives for it." for name in unknown
+    ]
     if unequal is None:
         return lines
     peak, (least, largest) = curve.peak, curve.of().ends
@@ -217,8 +219,8 @@ def _of_spread(curve: Curve) -> list[str]:
         lines.append(f"{text[0].upper()}{text[1:]}.")
     for name, part in unequal.decisive.items():
         lines.append(
-            f"From a difference of {100 * part:.3g} % of the {name} on, which of two beads leads decides at every d of "
-            "this curve whether they separate, and no longer what they do to each other."
+            f"If the {name} of two beads differs by more than {100 * part:.3g} %, whether they separate depends at "
+            "every d of this curve on which of them leads, and no longer on their interaction."
         )
     return lines
 
@@ -240,7 +242,7 @@ def _in_draws(drawn: DrawnRange, d: float, zeros: Sequence[Zero], scales: Scales
     for zero in zeros:
         ends = (in_unit(scales, LENGTH, end) for end in drawn.around(zero.d))
         said.append(f"the zero at d = {in_unit(scales, LENGTH, zero.d)} is between {' and '.join(ends)}")
-    lines = [f"In {100 * COVERED:g} % of draws of the inputs, {', '.join(said)}."]
+    lines = [f"In {100 * COVERED:g} % of random draws of the inputs, {', '.join(said)}."]
     outside = drawn.outside_at(d)
     return [*lines, f"{outside}."] if outside else lines
 
@@ -273,7 +275,7 @@ def _to_first_order(curve: Curve, zeros: Sequence[Zero], scales: Scales) -> list
         lines.append(f"{unknown[0].upper()}{unknown[1:]}.")
     elif drawn is not None and drawn.missing:
         unknown = " and ".join(inputs.unknown)
-        lines.append(f"What {unknown} changes by {drawn.missing} is not in it: the atlas has one {drawn.missing}.")
+        lines.append(f"The effect of {unknown} on {drawn.missing} is not included: the atlas has one {drawn.missing}.")
     return lines
 
 
@@ -299,7 +301,7 @@ def _left_open(curve: Curve, zeros: Sequence[Zero], scales: Scales) -> list[str]
     if not places:
         return []
     where = ", ".join(places)
-    return [f"What is not known of the inputs leaves open whether the pair separates or comes closer {where}."]
+    return [f"The uncertainty of the inputs leaves open whether the pair separates or comes closer {where}."]
 
 
 def _held(curve: Curve) -> list[str]:
@@ -313,8 +315,8 @@ def _held(curve: Curve) -> list[str]:
     both = [in_unit(scales, VELOCITY, table[column][at], error, "+") for column in (DU, DU_HELD)]
     place = in_unit(scales, LENGTH, table[DISTANCE][at])
     return [
-        f"At d = {place} a pair that moves freely has dU = {both[0]}; while its distance is held, as where a run with "
-        f"start: steady begins, it is dU_held = {both[1]}."
+        f"At d = {place} a pair that moves freely has dU = {both[0]}; one whose distance is held, as at the beginning "
+        f"of a run with start: steady, has dU_held = {both[1]}."
     ]
 
 
@@ -327,11 +329,9 @@ def _starts(curve: Curve) -> list[str]:
         if there is None or 1 / FAR < there / d < FAR:
             continue
         far = in_unit(scales, LENGTH, there, digits=3)
-        known = f"follows this curve from d = {far} on" if math.isfinite(there) else "does not follow this curve"
+        known = f"follows this curve from d = {far} on, when it has forgotten its start; until then dU depends on it"
+        known = known if math.isfinite(there) else "does not forget its start on this curve: dU depends on it"
         change = f"{100 * abs(held / dU - 1):.2g} % {'more' if held / dU > 1 else 'less'}"
         shapes = f" (with the shapes of a held distance: dU_held, {change})" if held != dU else ""  # as of an atlas
-        lines.append(
-            f"A pair that starts at d = {in_unit(scales, LENGTH, d)} {known}, when it has forgotten its start; at "
-            f"first, dU depends on that{shapes}."
-        )
+        lines.append(f"A pair that starts at d = {in_unit(scales, LENGTH, d)} {known}{shapes}.")
     return lines

@@ -62,7 +62,7 @@ def estimate(case: Case, runs: int = 1) -> Estimate:
             # Sixty steps per cycle, and twenty after each kink; in eight runs this was right within a factor of two.
             cycles = end / flow.cycle if flow.period is not None else min(end / flow.cycle, 1.0)
             steps += pace * cycles * (60 + 20 * flow.kinks) * (3 if polymer else 1)
-    adapted = "; the mesh is adapted: what the run needs is known after a coarse one" if case.adapts else ""
+    adapted = "; the mesh is adapted: how many the run needs is known after a coarse run" if case.adapts else ""
     return Estimate.of(case, runs * steps + points_off_axis(case), adapted)
 
 

@@ -51,7 +51,8 @@ def _held(series: Series) -> list[str]:
 def _bridges(series: Series) -> list[str]:
     """Where the liquid between particles does not yield at the end."""
     return [
-        f"At the end nothing yields along d{gap} within {in_unit(series.scales, LENGTH, radius, digits=2)} of the axis."
+        f"At the end no liquid yields along d{gap} within {in_unit(series.scales, LENGTH, radius, digits=2)} of the "
+        "axis."
         for gap, radius in series.bridges.items()
         if radius
     ]
@@ -69,7 +70,7 @@ def _train(series: Series) -> list[str]:
         when = f"at the distances of {when.removeprefix('at ')}, once the start is forgotten"
     elif series.starting_up:
         when = f"{when}, before the start is known to be forgotten"
-    words = {1: "separating", -1: "coming closer", 0: "not decided (their intervals of dU hold both signs)"}
+    words = {1: "separating", -1: "coming closer", 0: "not decided (their intervals of dU contain both signs)"}
     counted = ", ".join(f"{signs.count(sign)} {what}" for sign, what in words.items() if sign in signs)
     first, last = (series.distances_at(row) for row in (0, -1))
     low, high = int(np.argmin(last)), int(np.argmax(last))
@@ -133,13 +134,13 @@ def _once_settled(series: Series, settled: Settled, last: tuple[float, float | N
     if settled.decayed(t, dU, error):
         sign = sign if sign * dU >= 0 else 0
         turned = sign != 0 and np.sign(by) == -sign
-        other = f" While it started up it {'came closer' if sign > 0 else 'moved apart'}." if turned else ""
+        other = f" During start-up it {'came closer' if sign > 0 else 'moved apart'}." if turned else ""
         steady = f" {without_start}." if abs(settled.dU) > NOTHING else ""
         return f"{_moves(sign, settled.dU)}: {moved}.{steady}{other}"
     if settled.creeps:
         return (
-            f"moved {moved}; unyielded liquid keeps its start: that would decay by creep of the regularisation "
-            f"alone (t_relax = {in_unit(scales, TIME, settled.t_relax, digits=2)}, which grows as m)."
+            f"moved {moved}; unyielded liquid remembers the start: this decays only by creep due to the regularisation "
+            f"(t_relax = {in_unit(scales, TIME, settled.t_relax, digits=2)}, which grows as m)."
         )
     end = settled.end_needed(t, dU, error)
     enough = f"time.end = {end:g}" if scales is None else f"physical.end = {in_unit(scales, TIME, end)}"
@@ -154,5 +155,5 @@ def _sign(dU: float, error: float | None) -> int:
 
 def _moves(sign: int, dU: float) -> str:
     """The verb for a sign of dU, which is 0 if it is not certain; particles with dU = 0 keep their distance."""
-    undecided = "may separate or come closer (not decided: the interval of dU holds both signs)"
+    undecided = "may separate or come closer (not decided: the interval of dU contains both signs)"
     return {1: "separates", -1: "comes closer"}.get(sign, undecided if abs(dU) > NOTHING else "keeps its distance")

@@ -25,7 +25,7 @@ def answer_of_cycles(series: Series, entry: WholeCycles) -> list[str]:
     if not entry["whole"]:
         over = WHOLE.get(entry["shape"], "a cycle")
         cycle = in_unit(scales, TIME, entry["cycle"])
-        lines = [f"The run ended before {over} was over, which takes {cycle}; a later time.end is needed."]
+        lines = [f"The run ended before {over} was complete, which takes {cycle}; a later time.end is needed."]
     else:
         lines = [_drift(series, entry, i) for i in range(len(series.gaps))]
         lines += _periodic(series, entry)
@@ -33,7 +33,7 @@ def answer_of_cycles(series: Series, entry: WholeCycles) -> list[str]:
     lines += _shapes(series, entry)
     if scales is not None:
         unit = in_unit(scales, VELOCITY, 1.0)
-        lines.append(f"U_av = {unit} is {UNITS_OF_FLOW[entry['U_av']]}; De, Ca_e and times are made with it.")
+        lines.append(f"U_av = {unit} is {UNITS_OF_FLOW[entry['U_av']]}; De, Ca_e and times are based on it.")
     return lines
 
 
@@ -41,7 +41,7 @@ def _over(series: Series, entry: WholeCycles) -> str:
     """The time over which a drift is given, in words."""
     if not entry["repeats"]:
         return f"over {WHOLE[entry['shape']]} of {in_unit(series.scales, TIME, entry['cycle'])}"
-    return f"a cycle of {in_unit(series.scales, TIME, entry['cycle'])}"
+    return f"per cycle of {in_unit(series.scales, TIME, entry['cycle'])}"
 
 
 def _drift(series: Series, entry: WholeCycles, i: int) -> str:
@@ -52,13 +52,13 @@ def _drift(series: Series, entry: WholeCycles, i: int) -> str:
     over = _over(series, entry)
     if error is not None and abs(drift) <= error:
         moved = in_unit(scales, LENGTH, drift, error, "+")
-        does = f"neither separates nor comes closer as far as is known: its distance changes by {moved} {over}"
+        does = f"may separate or come closer: its distance changes by {moved} {over}"
     else:
         does = f"{'separates' if drift > 0 else 'comes closer'} by {size} {over}"
     mean = in_unit(scales, VELOCITY, drift / entry["cycle"], error and error / entry["cycle"], "+")
     held = f", at d{series.gaps[i]} = {in_unit(scales, LENGTH, series.d(series.gaps[i])[0], digits=4)} held"
     estimated = series.table.known(DU_ERROR, series.gaps[i]) is not None
-    cells = ", whose error is not known" if error is None else "" if estimated else ", by the time steps alone"
+    cells = ", whose error is not known" if error is None else "" if estimated else ", error due to time steps alone"
     which = f"cycle {entry['whole']}, " if entry["repeats"] else ""
     return f"{subject} {does}{held if series.held else ''} ({which}mean of dU {mean}{cells})."
 
@@ -68,16 +68,16 @@ def _periodic(series: Series, entry: WholeCycles) -> Iterator[str]:
     if not entry["repeats"]:
         return
     if "periodic" not in entry:
-        yield "Whether cycles are periodic is not known from one alone; a later time.end is needed."
+        yield "Whether cycles are periodic cannot be known from a single one; a later time.end is needed."
         return
     scales = series.scales
     change = in_unit(scales, VELOCITY, entry["change"])
     part = f"{100 * entry['change'] / entry['dU_peak']:.2g} % of the largest |dU|"
     if entry["periodic"]:
-        yield f"Cycles have become periodic: those to come differ by {change} on the mean, {part}."
+        yield f"Cycles have become periodic: later ones differ by {change} on average, {part}."
     else:
         yield (
-            f"Cycles have not become periodic yet: those to come may differ by {change} on the mean, {part}; a later "
+            f"Cycles have not become periodic yet: later ones may differ by {change} on average, {part}; a later "
             "time.end is needed."
         )
 
@@ -88,8 +88,8 @@ def _within(series: Series, entry: WholeCycles, gap: str) -> str:
     d, dU = series.d(gap)[rows], series.dU(gap)[rows]
     low, high = (in_unit(scales, LENGTH, each, digits=5) for each in (d.min(), d.max()))
     slow, fast = (in_unit(scales, VELOCITY, each, None, "+") for each in (dU.min(), dU.max()))
-    distances = "" if series.held else f"d{gap} is from {low} to {high} and "
-    return f"Within it {distances}dU{gap} from {slow} to {fast}."
+    distances = "" if series.held else f"d{gap} goes from {low} to {high} and "
+    return f"Within it {distances}dU{gap} {'goes ' if series.held else ''}from {slow} to {fast}."
 
 
 def _shapes(series: Series, entry: WholeCycles) -> Iterator[str]:

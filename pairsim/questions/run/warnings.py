@@ -57,8 +57,8 @@ def narrow_gap(case: Case, gap: float, arc: float) -> list[Text]:
     if arc <= LONG_ARC * gap:
         return []
     said = (
-        "the arcs beside a gap of {} are {} times as long as the gap (their length is set by d0): dU there is accurate "
-        "to a few percent only; use shorter ones (--set mesh.Np={}), or pairsim curve at that d"
+        "cell sides on the particles beside a gap of {} are {} times as long as the gap (d0 sets their length): dU "
+        "there is accurate to a few per cent only; use shorter ones (--set mesh.Np={}), or pairsim curve at that d"
     )
     return [Message(said, LENGTH(gap, ".3g"), f"{arc / gap:.2g}", round(FINER * case.mesh.Np))]
 

@@ -136,16 +136,14 @@ def _places(case: TrainCase) -> list[str]:
 def _too_many(case: TrainCase, key: str) -> str:
     """That one of these keys must be left out, if another one before it is given, too; else ""."""
     first, *others = _places(case) or [key]
-    return (
-        f"must be left out if {first} is given: beads deform, and one follows from the other" if key in others else ""
-    )
+    return f"must be left out if {first} is given: one follows from the other, as beads deform" if key in others else ""
 
 
 def _check_spacing(case: TrainCase) -> str:
     spacing, beta = case.train.spacing, max(case.betas, default=0.0)
     inside = spacing is not None and spacing <= beta
     return _too_many(case, "train.spacing") or (
-        f"must be above beta = {beta:g}: it is that of the centres" if inside else ""
+        f"must be above beta = {beta:g}: it is the distance between centres" if inside else ""
     )
 
 
@@ -158,15 +156,15 @@ def _check_transition(case: TrainCase) -> str:
 def _check_d(case: TrainCase) -> Iterator[Mistake]:
     """Yield the mistake of a train whose distance is not given."""
     if not _places(case):
-        yield missing("d", "must be a number, the distance between facing surfaces, or train.spacing be given")
+        yield missing("d", "must be a number, the distance between facing surfaces, or train.spacing must be given")
 
 
 def _check_beads(case: TrainCase) -> Iterator[Mistake]:
     """Yield the mistake of a row whose number of beads is not given, or given twice."""
     if case.listed and case.row.beads:
-        yield Mistake("row.beads", case.row.beads, "must be left out: d has the distances of the row")
+        yield Mistake("row.beads", case.row.beads, "must be left out: d lists the distances of the row")
     elif case.row != RowOptions() and not (case.listed or case.row.beads):
-        yield missing("row.beads", "must be given to follow a row, or row be left out")
+        yield missing("row.beads", "must be given to follow a row, or row must be left out")
 
 
 def _check_min_gap(case: TrainCase) -> str:
@@ -324,9 +322,9 @@ QUESTION = Question(
     entries=(SIZE, SENTENCES),
     draw=draw,
     captions={
-        "train": "Growth rates and frequencies of disturbances over their wave number",
+        "train": "Growth rates and frequencies of disturbances over their wavenumber",
         "row": "Distances of a row of beads along the tube, and those at the inlet and at the outlet",
-        "kymograph": "Where the beads of a row are beside their middle, on their way along the tube",
+        "kymograph": "Positions of the beads of a row relative to its middle, on their way along the tube",
     },
     in_sweeps=InSweeps(
         lambda case: (

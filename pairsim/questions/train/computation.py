@@ -185,7 +185,7 @@ def _train_in_words(case: TrainCase, answer: Answer) -> Iterator[str]:
     error = length * (fastest.growth_error / abs(fastest.growth or nan) + train.U_error / train.U)
     at = f"at {growth}, by a factor e within {with_name(scales, POSITION, length, error)}"
     yield {
-        "orders": f"The train orders: disturbances of all wave lengths decay, {wave} fastest: {at}.",
+        "orders": f"The train orders: disturbances of all wavelengths decay, {wave} fastest: {at}.",
         "clusters": f"The train clusters: {wave} grows fastest: {at}.",
         "neither": "The train neither orders nor clusters: waves travel along it and keep their size.",
         "undecided": f"Whether the train orders is not certain: {wave} has the largest growth rate, {growth}.",
@@ -193,10 +193,10 @@ def _train_in_words(case: TrainCase, answer: Answer) -> Iterator[str]:
     value, half_width = answer.diffusion
     sign = np.sign(value) if abs(value) > half_width else 0
     long = {1: "decay", -1: "grow", 0: "may decay or grow"}[sign]
-    yield f"Waves of many beads {long}: at -C k^2 with C = {C}, where k is 2 pi over their number of beads."
+    yield f"Waves of many beads {long}: their growth rate is -C k^2 with C = {C} and k = 2 pi over the number of beads."
     if answer.tubes:
         tube, least, most = (with_name(scales, POSITION, each) for each in answer.tubes)
-        small = "where distances differ little at first, independently of each other"
+        small = "if the differences of the distances are small and independent at first"
         yield f"A spread of the distances {CHANGES[verdict][1]} within {tube} of tube ({least} to {most}), {small}."
     if answer.d_error is not None:
         nearer, farther = ("cluster", "order") if answer.slope < 0 else ("order", "cluster")
@@ -215,7 +215,8 @@ def _warnings(case: TrainCase, found: Train) -> list[str]:
         warnings.append(f"accuracy: {case.accuracy} was not kept: {off}")
     if part > FAST:
         warnings.append(
-            f"disturbances change by a part of {part:.2g} while shapes and stresses relax: the last term of the series "
-            "for that is in the errors of the rates; modes that do not follow the distances are not looked for"
+            f"disturbances change by a fraction of {part:.2g} while shapes and stresses relax: the last term of the "
+            "series for this is included in the errors of the rates; modes that do not follow the distances are not "
+            "sought"
         )
     return warnings

@@ -176,8 +176,8 @@ def follow(
         yield _table("propagator", [f"{BY_DISTANCE.name}_{i}" for i in range(1, n)], changes)
         singular = np.linalg.svd(changes, compute_uv=False)
         sentences.append(
-            f"Small changes of the first distances become {singular[-1]:.3g} to {singular[0]:.3g} times as large, by "
-            "which of them change."
+            f"Small changes of the first distances become {singular[-1]:.3g} to {singular[0]:.3g} times as large, "
+            "depending on which of them change."
         )
     return sentences
 
@@ -216,8 +216,8 @@ def _row_in_words(case: TrainCase, motion: Motion) -> Iterator[str]:
     )
     yield f"Spread of {count} distances within {tube} of tube: from {spreads} of their mean, which goes from {means}."
     yield (
-        f"Half-widths of dU along the tube: half of them at most {half}, all at most {most}; the largest |dU| is "
-        f"{largest}."
+        f"Half-widths of dU along the tube: half of them are at most {half}, all are at most {most}; the largest |dU| "
+        f"is {largest}."
     )
     if motion.touching.any():
         step, gap = np.argwhere(motion.touching)[0]
@@ -236,9 +236,9 @@ def _audited(model: RowModel, audits: Sequence[Row], train: Train, count: int) -
     k, rates = train.spectrum.waves
     growth = 100 * abs(model.growth(train.d, k) - rates).max() / abs(rates).max()
     return (
-        f"By how much the model of the row is off: dU of the narrowest and the widest {count} "
-        f"neighbours along the tube, which were solved in full, by {off:.2g} % of their largest |dU| at most; "
-        f"growth rates of the train by {growth:.2g} % of the largest."
+        f"Error of the model of the row: dU of the narrowest and the widest {count} neighbours along the tube, which "
+        f"were solved in full, is off by at most {off:.2g} % of their largest |dU|, growth rates of the train by "
+        f"{growth:.2g} % of the largest."
     )
 
 
