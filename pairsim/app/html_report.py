@@ -117,7 +117,7 @@ def _provenance(record: Record) -> dict[str, str]:
         "command": record.command,
         "started": record.started,
         "wall time": duration(record.wall_time) if record.wall_time is not None else None,
-        "largest memory": f"{record.peak_memory / 2**20:.0f} MiB" if record.peak_memory is not None else None,
+        "peak memory": f"{record.peak_memory / 2**20:.0f} MiB" if record.peak_memory is not None else None,
         "unknowns": record.unknowns,
         "machine": ", ".join(record.machine.values()),
         "versions": ", ".join(f"{name} {number}" for name, number in record.versions.items()),

@@ -85,12 +85,12 @@ def plot(
     films = [each for each in places if each.is_file() or each.suffix == ".csv"]
     for name, value in {"fps": fps, "pixel": pixel, "particles": particles}.items():
         if value is not None and not films:
-            raise InputError("pairsim plot", Argument(name), value, "must be left out: it goes with a film")
+            raise InputError("pairsim plot", Argument(name), value, "must be left out without a film")
     page = page_of(formats, width, physical, legend, animate)
     if len(places) == 1:
         return _plot_one(places[0], Path(out) if out is not None else places[0], page, group, field, animate)
     if out is None:
-        raise InputError("pairsim plot", Argument("out"), None, "must name a folder for the picture of several folders")
+        raise InputError("pairsim plot", Argument("out"), None, "must be given with several folders")
     if field is not None or animate:
         name = Argument("field" if field is not None else "animate")
         raise InputError("pairsim plot", name, field, "must be left out with several folders")
@@ -99,7 +99,7 @@ def plot(
         from pairsim.lab.films.fit_film import overlay_film
 
         if len(films) > 1 or len(films) == len(places):
-            raise InputError("pairsim plot", "", str(films[-1]), "must be one film, with runs or curves")
+            raise InputError("pairsim plot", "", str(films[-1]), "must be a single film, with runs or curves")
         film = film_of(films[0], fps=fps, pixel=pixel, particles=particles)
         return overlay_film(film, [each for each in places if each not in films], Path(out), page)
     from pairsim.plots.runs_and_curves import overlay
@@ -113,7 +113,7 @@ def _plot_one(
     """Draw what one folder holds; arguments and errors are those of `plot`."""
     kind = kind_of(directory)
     if group is not None and kind != "sweep":
-        allowed = f"must be left out: it goes with a sweep or several folders, {directory} holds a {kind}"
+        allowed = f"must be left out: it is for a sweep or several folders, but {directory} holds a {kind}"
         raise InputError(Argument("group"), "", group, allowed)
     if kind in QUESTIONS:
         return draw(QUESTIONS[kind], directory, target, page, field, animate)

@@ -127,10 +127,10 @@ def _places(
             continue
         if folder is not None and (overwrite or output is not None):
             option = "--overwrite" if overwrite else "-o"
-            allowed = f"must be left out with --{flag.name}, which gives the folder"
+            allowed = f"must be left out with --{flag.name}, which names the folder"
             raise InputError(f"pairsim {question.name}", option, None, allowed)
         if case is None and folder is None:
-            raise typer.BadParameter(f"must be given, or else --{flag.name} DIR", param_hint="CASE")
+            raise typer.BadParameter(f"must be given, or --{flag.name} DIR instead", param_hint="CASE")
         if folder is not None:
             return case or folder / "case.yaml", folder
     assert case is not None

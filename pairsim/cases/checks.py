@@ -26,7 +26,7 @@ def missing_numbers(model: type[SceneCase], data: Content, origins: Mapping[str,
         count = key.count(n) if key.required and key.count is not None else 0
         if count > 0 and data.get(name) is None and name not in origins:
             several = f" or a list of {count}" if count > 1 else ""
-            of = [f", or be given by {BLOCK}.{each.key}" for each in EXPERIMENT if name in each.gives]
+            of = [f", or follow from {BLOCK}.{each.key}" for each in EXPERIMENT if name in each.gives]
             yield missing(name, f"must be a number{several}{of[0] if BLOCK in data else ''}")
 
 

@@ -46,7 +46,7 @@ class InNumbers(NamedTuple):
             return mistake
         given = self.experiment.given
         where = f"in a tube of {given['tube']} " if QUANTITIES[origin].kind == LENGTH else ""
-        number = f"{where}that is {mistake.key} = {_shown(mistake.value)}"
+        number = f"{where}this is {mistake.key} = {_shown(mistake.value)}"
         remarks = [f"; {each}" for each in self.experiment.remarks]
         return Mistake(f"{BLOCK}.{origin}", given[origin], f"{number}; {mistake.allowed}{''.join(remarks)}")
 
@@ -70,7 +70,7 @@ def in_numbers(given: Content, model: type[Keys]) -> InNumbers:
         key = each.key_in(fields)
         if group_of(key) not in fields:
             having = " and ".join(kinds.with_key(group_of(key)))
-            allowed = f"must be left out: this kind of case has no {key}; those of {having} have"
+            allowed = f"must be left out: cases of this command have no {key}; those of {having} do"
             mistakes.append(Mistake(f"{BLOCK}.{quantity}", None, allowed))
             continue
         try:
@@ -81,7 +81,7 @@ def in_numbers(given: Content, model: type[Keys]) -> InNumbers:
             group[last] = cast("Plain", numbers.get(each.key))
             origins[key] = quantity
         elif each.key in numbers and not _same(own, numbers[each.key]):
-            allowed = f"must be left out, or be {_shown(numbers[each.key])} as given by {BLOCK}.{quantity}"
+            allowed = f"must be left out, or be {_shown(numbers[each.key])}, as given by {BLOCK}.{quantity}"
             mistakes.append(Mistake(key, own, allowed))
     for key in (key.name for key in keys.values() if key.lengths):
         if isinstance(listed := data.get(key), list) and "tube" in experiment.values:

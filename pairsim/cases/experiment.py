@@ -132,7 +132,7 @@ class Experiment:
         """A standard deviation among the particles over the mean [SI units]; None, and a mistake added, if invalid."""
         of, text = replace(QUANTITIES[key.partition(".")[0]], uncertain=False), self.given[key]
         if isinstance(mean, tuple):
-            mistakes.append(Mistake(f"{BLOCK}.{key}", text, f"must go with one {MEAN} of all, not with a list"))
+            mistakes.append(Mistake(f"{BLOCK}.{key}", text, f"must go with a single {MEAN}, not with a list"))
         elif (deviation := _in_si(replace(of, many=False), text, f"{BLOCK}.{key}", mistakes)) is not None and mean:
             return float(deviation / mean)
         return None
@@ -219,12 +219,12 @@ class Experiment:
             of_waveform = list(self.waveform.mistakes(scaled=True)) if self.waveform is not None else []
             yield from of_waveform
             if not of_waveform:
-                yield missing(f"{BLOCK}.flow_rate", f"must be given, or else {BLOCK}.velocity")
+                yield missing(f"{BLOCK}.flow_rate", f"must be given, or {BLOCK}.velocity instead")
         if DIFFERENCE.key in values:
             if not isinstance(values.get("particle"), float):
-                yield wrong(DIFFERENCE.key, f"must go with {BLOCK}.particle, one diameter: the mean of both")
+                yield wrong(DIFFERENCE.key, f"must go with a single diameter {BLOCK}.particle, the mean of both")
             if self.particles != 2:
-                yield wrong(DIFFERENCE.key, "must be left out: it is that of two particles")
+                yield wrong(DIFFERENCE.key, "must be left out: it applies to two particles only")
         yield from self._check_laws(values, wrong)
 
     def _check_laws(self, values: Amounts, wrong: Callable[[str, str], Mistake]) -> Iterator[Mistake]:
@@ -242,10 +242,10 @@ class Experiment:
             in_liquid = [place for place in of if place.startswith("liquid.")]
             apart_from_mode = {re.sub(r"\[\d+\]", "", place) for place in in_liquid}
             if not of:
-                yield wrong(key, f"must be left out: the laws of this case need no {key} ({DIMENSIONS[key].words})")
+                yield wrong(key, f"must be left out: the laws of this case have no {key} ({DIMENSIONS[key].words})")
             elif len(apart_from_mode) > 1:
                 places = " and ".join(in_liquid)
-                yield wrong(key, f"must be left out: it would stand for {places}, which are to be given")
+                yield wrong(key, f"must be left out: it could be any of {places}, which must be given instead")
         if law is ZERO_SHEAR and "solvent" in values and one(values, "solvent") > one(values, law.key):
             yield wrong("solvent", f"must be at most {BLOCK}.{law.key} = {self.given[law.key]}, which includes it")
 
@@ -275,9 +275,9 @@ def _in_si(of: Measurable, value: Any, place: str, mistakes: list[Mistake]) -> A
         of_range = error.errors() if isinstance(error, ValidationError) else ()
         unfit = ", ".join(str(each["loc"][0]) for each in of_range)
         wrong = f"has no valid {unfit}" if unfit else str(error)
-        also = f"; may be a list or a range, too, such as {RANGE_OF_LENGTHS}" if of.ranged else ""
+        also = f"; may also be a list, or a range such as {RANGE_OF_LENGTHS}" if of.ranged else ""
         if of.each and isinstance(value, Mapping):
-            also = f", or of particles that differ {{{MEAN}: {of.example}, {EACH}: ...}} with their standard deviation"
+            also = f", or, if particles differ, {{{MEAN}: {of.example}, {EACH}: ...}} with their standard deviation"
         mistakes.append(Mistake(place, value, wrong + also))
         return None
     one = replace(of, uncertain=False)

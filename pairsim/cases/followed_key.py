@@ -54,11 +54,11 @@ class FollowedKey:
         if not quantity:
             cls(case, key, ())._check_number()
             if not all(map(is_finite, given)):
-                raise ValueError(f"must be numbers, as {key} is one")
+                raise ValueError(f"must be numbers, since {key} is one")
             found = cls(case, key, tuple(sorted(map(float, given))))
         else:
             if case.experiment is None or quantity not in case.experiment.given:
-                raise ValueError(f"must be a quantity that {BLOCK} of the case has, which along replaces")
+                raise ValueError(f"must be a quantity in {BLOCK} of the case, whose value along then replaces")
             if not all(isinstance(each, str) for each in given):
                 raise ValueError(f"must be quantities with their unit, such as {QUANTITIES[quantity].example}")
             texts, of = [str(each) for each in given], _quantity(case, quantity)
@@ -75,7 +75,7 @@ class FollowedKey:
             ValueError: The text has no such unit, or what is followed is a number without a unit.
         """
         if not self.unit:
-            raise ValueError(f"must be a number, as {self.key} is one")
+            raise ValueError(f"must be a number, since {self.key} is one")
         return float(si(text, _quantity(self.case, self.key.removeprefix(f"{BLOCK}."))) / self.in_si)
 
     @property
@@ -99,12 +99,12 @@ class FollowedKey:
         least_and_largest = self.values[0], self.values[-1]
         known, ends = self._parameters, [self.numbers(value) for value in least_and_largest]
         if "Ca_e" in ends[0] and len({Ca_e for Ca_e in self.case.Ca_es if Ca_e}) != 1:
-            raise ValueError("must go with a single Ca_e above 0, which changes along it")
+            raise ValueError("must go with a single Ca_e above 0, whose value it replaces")
         own = self._experiment.with_values(self._experiment.values)[1] if self.unit else {}
         others = [self._with_values(value)[1] for value in least_and_largest] if self.unit else []
         for name, value in own.items():
             if name not in known and any(_apart(value, each.get(name, value)) for each in others):
-                raise ValueError(f"must change the liquid or the softness of the particles alone, not {name}")
+                raise ValueError(f"must change nothing but the liquid and the softness of the particles, not {name}")
         for name, parameter in known.items():
             if wrong := [each[name] for each in ends if name in each and not _allowed(each[name], parameter)]:
                 number = f", where {name} = {wrong[0]:.4g}" if name != self.key else ""

@@ -31,7 +31,9 @@ def check_De(case: SceneCase) -> Iterator[Mistake]:
     if case.liquid is not None and "De" not in case.model_fields_set:
         yield missing("De", f"must be given with liquid: {liquid.name}")
     elif named:
-        yield Mistake("De", case.De, f"must be above 0 with a liquid.{named[0]}; a liquid without elasticity has none")
+        yield Mistake(
+            "De", case.De, f"must be above 0 with liquid.{named[0]}, which a liquid without elasticity does not have"
+        )
 
 
 def check_xi(case: SceneCase) -> str:
@@ -44,9 +46,9 @@ def _not_yielding(case: SceneCase) -> str:
     """Why the liquid of a case cannot have a yield stress, at least not in this question; "" if it can."""
     mode, *others = case.liquid_model.modes
     if others:
-        return "the laws of a yield stress are those of the stress of one mode"
+        return "the laws of a yield stress are for liquids with one mode"
     if mode.follows_rate:
-        return f"the viscosity of {mode.name} is that of a flow curve, which a yield stress would change"
+        return f"{mode.name} prescribes the flow curve, which a yield stress would change"
     return (
         ""
         if case.has_history

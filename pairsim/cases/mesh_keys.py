@@ -44,11 +44,11 @@ class MeshOptions(Keys):
         "(default: by accuracy; 1 in liquids without a memory and in those that harden in extension)",
     )
     growth: Growth = Field(0.15, description="growth of the cell size per unit distance from a particle")
-    gap_cells: CellCount = Field(0, description="cells across a gap between particles (0: Np/4)")
+    gap_cells: CellCount = Field(0, description="number of cells across a gap between particles (0: Np/4)")
     gap_exponent: Annotated[Number, Field(ge=0, le=1)] = Field(
         0.0, description="the number of cells across a gap below d = 0.1 grows as (0.1/d)^gap_exponent"
     )
-    wall_cells: CellCount = Field(0, description="cells between a particle and the wall (0: Np/4)")
+    wall_cells: CellCount = Field(0, description="number of cells between a particle and the wall (0: Np/4)")
     max_size: Annotated[Number, Field(ge=1e-4, le=0.5)] = Field(
         THINNING.max_size,
         description=f"largest cell size [D_c] ({_defaults('max_size')}; less with small particles in viscoelastic "

@@ -41,7 +41,7 @@ ADAPTED = {
     r"a valid (tuple|list)": "a list",
     r"^\w+ should have (at (least|most) \d+) items? after validation": r"the number of entries must be \1",
     r"^Input tag .* does not match any of the expected tags: ": "must be one of ",
-    r"^Unable to extract tag using discriminator 'law'": "must be the name of a law, or a group with law",
+    r"^Unable to extract tag using discriminator 'law'": "must be the name of a law, or a group with the key law",
 }
 """Replacements for phrases in pydantic's messages, by regular expression."""
 
@@ -99,9 +99,9 @@ class _File:
         if isinstance(value, str) and kind in ("float_type", "int_type") and re.search(r"\d", value):
             allowed += "; numbers are written as 90, 0.4 or 1e-3, without quotes or units"
         if kind == "int_type" and isinstance(value, float):
-            allowed += ", without a point"
+            allowed += ", without a decimal point"
         if kind == "string_type" and isinstance(value, int | float):
-            allowed += ", in quotes where it is a number"
+            allowed += ", in quotes if it looks like a number"
         if kind == "union_tag_invalid":
             value, allowed = value["law"], f"{allowed}; {OPTION} FILE adds laws of your own"
         return Mistake(key, value, allowed)
@@ -164,7 +164,7 @@ class _File:
         given = [each.name for each in (named.liquid, *named.solids)]
         law = next((law for law in given if law in laws), laws[0])
         block = f"{place}: {{law: {law}, {key}: {value}}}"
-        return f"it is a parameter of the law: write {block}; {place}.{key} in grids and after --set"
+        return f"it is a parameter of the law: write {block}, or {place}.{key} in grids and after --set"
 
 
 def _adapted(text: str) -> str:

@@ -10,7 +10,7 @@ from pairsim.cases.case import SceneCase
 from pairsim.cases.keys import Key, Part
 
 MOST = 5  # largest number of particles that are displaced; chosen
-YIELDS = "must be one without a yield stress: how much a rounded one changes the rates has not been judged"
+YIELDS = "must be one without a yield stress: how its regularisation changes the rates has not been assessed"
 POINTS = 9  # steady states that take as long as the rates at three distances; measured, soft pair in a Newtonian liquid
 
 
@@ -22,11 +22,11 @@ def _check_focus(case: OffAxisCase) -> str:
     if not case.n:
         return f"{out}: there are no particles"
     if case.n > MOST:
-        return f"{out} of more than {MOST} particles"
+        return f"{out} with more than {MOST} particles"
     if not case.drive.is_flow_alone or (case.has_history and not case.in_time):
-        return f"{out} with after, and where not the flow alone drives the particles, as with velocity or flow: 0"
+        return f"{out} with after, and with velocity or flow: 0, as the flow alone must drive the particles"
     if case.ends != "developed" and not case.of_train:
-        return f"{out}, or ends be developed"
+        return f"{out}, or ends must be developed"
     return f"{out}, or the liquid {YIELDS}" if liquid.regularisation or liquid.yielding is not None else ""
 
 

@@ -45,7 +45,7 @@ def read_pump_log(path: Path) -> tuple[list[str], list[str]]:
         if line.strip(separator + " ")
     }
     if len(rows) > MOST_VALUES:
-        raise ValueError(f"has {len(rows):,} times, of at most {MOST_VALUES:,}: leave out some")
+        raise ValueError(f"must have at most {MOST_VALUES:,} times, not {len(rows):,}: leave some out")
     cells = {name: _cells(rows, i, width) for name, (i, _) in columns.items()}
     time_unit, flow_unit = columns["time"][1], columns["flow"][1]
     if time_unit:
@@ -55,7 +55,7 @@ def read_pump_log(path: Path) -> tuple[list[str], list[str]]:
         times, time_unit = _clock(cells["time"]), "s"
     _check_order(times, cells["time"])
     if not flow_unit:
-        raise ValueError(f"must have the unit of the flow rates in their heading, {EXAMPLE}")
+        raise ValueError(f"must have the unit of its flow rates in their heading, {EXAMPLE}")
     unit_in("m^3/s", flow_unit)
     flows = _numbers(cells["flow"])
     return [f"{t:.12g} {time_unit}" for t in times], [f"{q:.12g} {flow_unit}" for q in flows]
@@ -120,7 +120,7 @@ def _check_order(times: Sequence[float], cells: Mapping[int, str]) -> None:
     for k in range(1, len(times)):
         if times[k] < times[k - 1]:
             (_, before), (number, here) = written[k - 1 : k + 1]
-            raise ValueError(f"must have times that ascend, and steps back from {before} to {here} in line {number}")
+            raise ValueError(f"must have ascending times, but steps back from {before} to {here} in line {number}")
 
 
 def _clock(cells: Mapping[int, str]) -> list[float]:

@@ -73,11 +73,11 @@ def _unit(text: str, given: str) -> pint.Unit:
     printed = units.get_group("Printer").members
     for name, (prefix, root, _) in parts.items():
         if root in printed:
-            raise ValueError(f"has the unit {given}, which is one of screens and print, not of what a camera sees")
+            raise ValueError(f"has the unit {given}, which is a unit of screens and print, not of what a camera sees")
         known = MEASURING.get(str(units.get_dimensionality(root)))
         prefixed = prefix and not (root in METRIC and prefix not in LARGE)
         if known is not None and (root not in known or prefixed):
-            raise ValueError(f"has the unit {given}, which stands for {name.replace('_', ' ')} and is not taken")
+            raise ValueError(f"has the unit {given}, which stands for {name.replace('_', ' ')} and is not accepted")
     return unit
 
 
@@ -163,7 +163,7 @@ def percentage(text: Any) -> tuple[float, float]:
         if abs(value) < 1 and 0 <= half_width < 1:
             return value, half_width
     raise ValueError(
-        "must be a percentage between -100 % and 100 %, such as 0.5 %, or 0 +- 0.5 % of what is bounded alone"
+        "must be a percentage between -100 % and 100 %, such as 0.5 %, or 0 +- 0.5 % if only a bound is known"
     )
 
 
@@ -233,7 +233,7 @@ def unit_in(other: str, unit: str) -> float:
     try:
         return float(registry().Quantity(1.0, _unit(unit, unit)).to(other).magnitude)
     except Exception:  # pint does not document which exceptions its parser raises
-        raise ValueError(f"is no unit as {other} is") from None
+        raise ValueError(f"is not a unit of the kind of {other}") from None
 
 
 def seconds_of(budget: str | None) -> float | None:

@@ -55,7 +55,7 @@ def _check_waveform(case: Case) -> Iterator[Mistake]:
         yield from case.waveform.mistakes(case.physical is not None)
         if case.focus:
             yield Mistake(
-                "focus", case.focus, "must be left out with a waveform: rates off the axis are of steady flow"
+                "focus", case.focus, "must be left out with a waveform: rates off the axis are those of a steady flow"
             )
 
 
@@ -100,7 +100,7 @@ def _check_ends(case: Case) -> Iterator[Mistake]:
     if not case.closed:
         return
     if not case.n:
-        yield Mistake("ends", case.ends, "must be periodic or developed: there are no particles to be repeated")
+        yield Mistake("ends", case.ends, "must be periodic or developed: there are no particles to repeat")
     elif case.length != "auto" and case.tube_length <= (least := case.cluster + max(case.limits.min_gap, LEAST_GAP)):
         allowed = f"must be above {least:g}: {case.cluster:g} for the particles, and the distance to the next period"
         yield Mistake("length", case.tube_length, allowed)
@@ -263,7 +263,7 @@ class Case(OffAxisCase):
         if self.waveform is None:
             return None
         if self.experiment is not None and self.experiment.mistakes:
-            raise ValueError("no scales follow from the physical block")
+            raise ValueError("the physical block does not give the scales")
         return self.waveform.waveform(self.scales)
 
     @property

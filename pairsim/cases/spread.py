@@ -33,7 +33,7 @@ class SpreadOptions(Keys):
 
 
 def _check_spread(case: SpreadCase) -> str:
-    return "must be left out: it is that of free pairs" if case.spread and not case.of_free_pairs else ""
+    return "must be left out: it applies to free pairs only" if case.spread and not case.of_free_pairs else ""
 
 
 SPREAD = Key(part=Part.REPORT, identity=lambda case: bool(case.spread), check=_check_spread)

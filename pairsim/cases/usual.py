@@ -28,4 +28,4 @@ def unusual(of: Measurable, given: Any, value: Any) -> Iterator[str]:
             prefix = PREFIX.search(str(text))
             means = f" ({MEANS[prefix[1]]})" if prefix else ""
             unit = of.unit.replace("*", ".")
-            yield f"{of.key} {text} is {number:.3g} {unit}{means}, usual are {of.usual.words}"
+            yield f"{of.key} {text} is {number:.3g} {unit}{means}, but the usual range is {of.usual.words}"

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeGuard, TypeVar
 from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, Tag, WithJsonSchema
 
 NAME = r"^\w[\w.+-]{0,99}$"  # pattern of a name of a case
-NAME_WORDS = "a word of at most 100 letters, digits and . _ + -, not beginning with one of . + -"
+NAME_WORDS = "a word of at most 100 letters, digits and . _ + -, not beginning with . + or -"
 
 
 def is_finite(value: Any) -> TypeGuard[float]:

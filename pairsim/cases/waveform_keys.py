@@ -102,7 +102,7 @@ class WaveformOptions(Keys):
         idle = [key for key in other if getattr(self, key) not in (None, ())]
         absent = [key for key in self._needed if getattr(self, key) in (None, ())]
         for key in absent:
-            also = f", or {GROUP}.table a file" if self.shape == TABLE else ""
+            also = f", or a file in {GROUP}.table" if self.shape == TABLE else ""
             yield missing(f"{GROUP}.{key}", f"must be given with shape: {self.shape}{also}")
         for key in idle:
             yield Mistake(f"{GROUP}.{key}", getattr(self, key), f"must be left out with shape: {self.shape}")
@@ -129,7 +129,7 @@ class WaveformOptions(Keys):
                     if key == "period" and number <= 0:
                         found.append(Mistake(place, value, "must be above 0"))
                 elif flows and key in OF_FLOWS and value != 0:
-                    found.append(Mistake(place, value, f"must be {FLOW.kind.words} with its unit, as the others are"))
+                    found.append(Mistake(place, value, f"must be {FLOW.kind.words} with its unit, like the others"))
         return found[:1] if self.shape == TABLE else found
 
     def _check_flow(self) -> list[Mistake]:
@@ -199,7 +199,7 @@ class WaveformOptions(Keys):
         try:
             times, flows = read_pump_log(path)
         except OSError as error:
-            raise ValueError(f"must be a file that can be read: {error.strerror}") from None
+            raise ValueError(f"must be a readable file: {error.strerror}") from None
         kept = {key: value for key, value in group.items() if key != TABLE}
         return {**content, GROUP: {"shape": TABLE, **kept, "times": times, "flows": flows}}
 

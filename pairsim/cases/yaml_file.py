@@ -131,7 +131,7 @@ def read_yaml(path: Path) -> dict[str, Plain]:
     except FileNotFoundError:
         raise InputError(str(path), "", None, "no such file") from None
     except OSError as error:
-        raise InputError(str(path), "", None, f"must be a file that can be read: {error.strerror}") from None
+        raise InputError(str(path), "", None, f"must be a readable file: {error.strerror}") from None
     if not isinstance(data, dict):
         raise InputError(str(path), "", None, "must contain keys and values, such as beta: 0.4; see pairsim schema")
     return data

@@ -30,7 +30,7 @@ class _Constructor(SafeConstructor):
 
     def construct_document(self, node: Node) -> Any:
         if (count := _count(node, {})) > MOST_VALUES:
-            problem = f"it has {count:,} values and keys with those that aliases repeat, of at most {MOST_VALUES:,}"
+            problem = f"it has {count:,} values and keys, with those that aliases repeat; {MOST_VALUES:,} are allowed"
             raise ConstructorError(None, None, problem, None)
         return super().construct_document(node)
 
@@ -64,7 +64,7 @@ class _Constructor(SafeConstructor):
     def text(self, node: Node) -> str:
         value = str(self.construct_scalar(node))
         if UNFIT.search(value):
-            problem = f"a text must not have the character {UNFIT.findall(value)[0]!r}"
+            problem = f"text must not contain the character {UNFIT.findall(value)[0]!r}"
             raise ConstructorError(None, None, problem, node.start_mark)
         return value
 
@@ -90,7 +90,7 @@ def _count(node: Node, counts: dict[Node, int]) -> int:
     """
     if (known := counts.get(node)) is not None:
         if not known:  # not counted to the end yet
-            raise ConstructorError(None, None, "an alias must not be within what it stands for", node.start_mark)
+            raise ConstructorError(None, None, "an alias must not stand inside the value it refers to", node.start_mark)
         return known
     counts[node] = 0
     children = chain.from_iterable(node.value) if isinstance(node, MappingNode) else node.value

@@ -156,6 +156,6 @@ def refuse_file_of_another_command(data: Content, command: str, files: Files, so
     own = [files[name].model_fields for name in (command, *others)]
     foreign = [key for key in data if key not in own[0] and all(key in fields for fields in own[1:])]
     named = " or ".join(f"`pairsim {name}`" for name in others)
-    grid = f"; in a grid add command: {' or '.join(others)}" if entry else ""
+    grid = f"; in a grid, add command: {' or '.join(others)}" if entry else ""
     allowed = f"must be a file for `pairsim {command}`, but this is one for {named} (it has {', '.join(foreign)}){grid}"
     raise input_error([Mistake("", None, allowed)], data, source, entry)

@@ -71,7 +71,9 @@ def carry_out[C: SceneCase](
     notes = [*case.remarks, *case.notes, *question.estimate(case).notes]
     uncertain = [each.key for each in inputs_of(case) if each.half_width and not question.has_flag("sensitivities")]
     if uncertain:
-        notes.append(f"half-widths of {', '.join(uncertain)} are no part of this answer; pairsim curve has them")
+        notes.append(
+            f"half-widths of {', '.join(uncertain)} are not included in this answer; pairsim curve includes them"
+        )
     with sole_writer(directory, options.command):
         earlier = _earlier(case, directory, f"{question.table}.csv") if resume else None
         if earlier is not None:
@@ -102,14 +104,14 @@ def _earlier(case: SceneCase, directory: Path, table: str) -> events.Earlier | N
         old, new = with_later_keys(found.case, type(case)), plain(case.resolved() | sources_of(case))
         check_same(old, new, str(directory / CHECKPOINT))
         if rows < found.rows:
-            raise InputError(str(path), "", None, f"must have at least {found.rows} rows, to fit the checkpoint")
+            raise InputError(str(path), "", None, f"must have at least {found.rows} rows, to match the checkpoint")
         return events.Earlier(found, Record.read(directory).status == "finished")
     files = [file.name for file in directory.iterdir() if not file.name.startswith(".") and file.name != "case.yaml"]
     if files and kind_of(directory) != case.kind:
         allowed = f"must be the folder of a {case.kind}, but holds results of another command"
         raise InputError(str(directory), Argument("resume"), None, allowed)
     if rows > 1:
-        allowed = f"must have a {CHECKPOINT}, since {table} has rows; run the case again with `overwrite`"
+        allowed = f"must have a {CHECKPOINT}, because {table} has rows; run the case again with `overwrite`"
         raise InputError(str(directory), Argument("resume"), None, allowed)
     return None
 

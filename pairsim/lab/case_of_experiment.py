@@ -82,7 +82,7 @@ def case_of_experiment(
             of_fit = {f"{BLOCK}.{key}" for key in fit.fitted} if fit else ()
             for each in error.mistakes:
                 if each.key in of_fit:
-                    each.allowed += "; it is that of the fit, and no case is made of this liquid here"
+                    each.allowed += "; the value is that of the fit, so that no case can be made of this liquid here"
             raise
 
     if pressure is not None or over is not None:

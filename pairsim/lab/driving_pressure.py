@@ -54,8 +54,8 @@ def velocity_for(pressure: str, over: str, case_at: Callable[[str], SceneCase]) 
     found = [i for i in range(COUNT - 1) if off[i] * off[i + 1] <= 0]
     if len(found) != 1:
         fitting = ", ".join(f"{math.exp(places[i]):.2g} m/s" for i in found)
-        several = f"has several mean velocities, near {fitting}: give `flow_rate` or `velocity`"
-        allowed = several if found else f"has no mean velocity from {SLOWEST:g} to {FASTEST:g} m/s"
+        several = f"drives several mean velocities, near {fitting}: give `flow_rate` or `velocity`"
+        allowed = several if found else f"drives no mean velocity from {SLOWEST:g} to {FASTEST:g} m/s"
         raise InputError("pairsim units", Argument("pressure"), pressure, allowed)
     (i,) = found
     return f"{math.exp(brentq(excess, places[i], places[i + 1], xtol=1e-12)):.10g} m/s"

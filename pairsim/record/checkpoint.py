@@ -114,7 +114,7 @@ def _upgrade(state: dict[str, Any]) -> None:
     """
     errors = state["run_errors"]
     if state["error_history"] is not None or errors["interval"]["start"]:
-        raise ValueError("it has half-widths of dU alone")
+        raise ValueError("it has half-widths of dU only")
     own = {name: errors[name] for name in ("steps", "interval", "largest")}
     state["run_errors"] = {"goals": {dU.name: own}, "lost": errors["lost"]}
 

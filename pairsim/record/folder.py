@@ -128,7 +128,7 @@ def plain(value: Any, where: str = "") -> Any:
         return printable(str(value))
     if value is None or isinstance(value, bool | int):
         return value
-    allowed = "must be a number, a text, true or false, or a list or group of these"
+    allowed = "must be a number, text, true or false, or a list or group of these"
     raise TypeError(f"{where or 'value'}: {allowed}, not a {type(value).__name__}")
 
 
@@ -148,7 +148,7 @@ def prepare_folder(folder: Path, overwrite: bool = False, files: Iterable[str] =
         if all(file.name in LOCK_FILES for file in folder.iterdir()):
             return
         if not overwrite:
-            allowed = "must be a new or empty folder, unless `overwrite` replaces the results in it"
+            allowed = "must be a new or empty folder; `overwrite` replaces the results in it"
             if (folder / CHECKPOINT).is_file():
                 allowed += f"; pairsim run --resume {folder} continues its run"
             raise InputError(str(folder), Argument("folder"), None, allowed)
@@ -159,7 +159,7 @@ def prepare_folder(folder: Path, overwrite: bool = False, files: Iterable[str] =
             (folder / FRAMES).rmdir()
     except OSError as error:
         why = "is a file" if folder.is_file() else str(error)
-        raise InputError(str(folder), Argument("folder"), None, f"must be a folder that can be used ({why})") from error
+        raise InputError(str(folder), Argument("folder"), None, f"must be a usable folder ({why})") from error
 
 
 def write_yaml(path: Path, content: Mapping[str, object]) -> None:
@@ -207,7 +207,7 @@ def kind_of(directory: Path) -> str:
     content = "has no run.json, sweep.json or study.csv" if any(directory.iterdir()) else "is empty"
     inside = sorted({path.parent.name for path in directory.glob("*/run.json")})
     more = ", ..." if len(inside) > MOST_FOLDERS else ""
-    hint = f"; there are results in its folders {', '.join(inside[:MOST_FOLDERS])}{more}" if inside else ""
+    hint = f"; there are results in the folders in it: {', '.join(inside[:MOST_FOLDERS])}{more}" if inside else ""
     raise InputError(str(directory), "", None, f"must be a folder of results, but {content}{hint}")
 
 

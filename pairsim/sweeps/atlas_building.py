@@ -75,7 +75,7 @@ def build(path: Path, folder: Path | None, options: Options, workers: Workers) -
     if file.start:
         atlas, *others = (Atlas.load(path.parent / each) for each in file.starts)
         if atlas.box != box:
-            allowed = "must be an atlas of the same box and base: its box is another one"
+            allowed = "must be an atlas of the same box and base: its box is different"
             raise InputError(str(path), "start", file.start, allowed)
         if file.recompute:
             again = Recomputation(path, base, atlas, options)
@@ -119,7 +119,7 @@ def _common(grid: Grid, atlas: Atlas | None, file: AtlasFile, source: str) -> Ma
         InputError: The curves are not those of pairs, or not of the box and physics of the atlas.
     """
     if (pair := grid.cases[0].case).n != 2:
-        raise InputError(source, "base.particles", pair.n, "must be 2: an atlas has curves of pairs")
+        raise InputError(source, "base.particles", pair.n, "must be 2: the curves of an atlas are those of pairs")
     others = [plain(each.case.resolved()) for each in grid.cases[1:]]
     if atlas is not None:
         if why := beyond(pair, atlas):
@@ -133,7 +133,7 @@ def _common(grid: Grid, atlas: Atlas | None, file: AtlasFile, source: str) -> Ma
 def _known(atlas: Atlas) -> str:
     """The number of curves of an atlas, and the median over them of its leave-one-out error, in words."""
     size = 100 * np.sqrt(np.median(np.mean(fit.left_out(atlas) ** 2, axis=1)))
-    return f"{len(atlas.curves.places)} curves, half of them off by up to {size:.2g} % of their peak without themselves"
+    return f"{len(atlas.curves.places)} curves; left out, half of them are off by up to {size:.2g} % of their peak"
 
 
 def _places(box: Mapping[str, Sequence[float]], x: Array) -> Array:
@@ -169,7 +169,7 @@ def joined(atlas: Atlas, other: Atlas, case_at: Callable[[Array], SceneCase], so
         return atlas
     why = beyond(case_at(places[new][:1]), other)
     if len(other.d) != len(atlas.d) or not np.allclose(other.d, atlas.d):
-        why.append("its curves have other distances")
+        why.append("its curves are at other distances")
     if why:
         raise InputError(source, "start", None, f"must be atlases of the same curves: {' and '.join(why)}")
     more = Curves(*(each[new] for each in vars(other.curves).values()))

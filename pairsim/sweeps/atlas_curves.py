@@ -63,7 +63,7 @@ class Sampled:
         curve = found.interpolant()
         if curve is None or curve.d[0] > d[0] * (1 + 1e-9) or curve.d[-1] < d[-1] * (1 - 1e-9):
             message = found.record.message
-            allowed = f"must be a curve over all distances of the atlas ({message}): make the box smaller"
+            allowed = f"must be a curve over all distances of the atlas ({message}): choose a smaller box"
             raise InputError(str(folder), "", None, allowed)
         return cls(case, found, np.clip(d, *curve.ends))
 

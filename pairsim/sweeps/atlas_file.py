@@ -80,17 +80,17 @@ def check_atlas(file: AtlasFile) -> Iterator[Mistake]:
     for key in ("beta", "De", "Ca_e", "d"):
         low, high = getattr(file, key)
         if not low < high and (key in ("beta", "d") or low > high):
-            yield Mistake(key, [low, high], "must be the least and the largest value")
+            yield Mistake(key, [low, high], "must be the smallest and the largest value")
     for key, (low, high) in file.within.items():
         if not getattr(file, key)[0] <= low <= high <= getattr(file, key)[1]:
             yield Mistake(f"within.{key}", [low, high], f"must be a part of {key}: {list(getattr(file, key))}")
     if file.within and not file.start:
-        yield Mistake("within", None, "must be left out without start: the first curves are those at the corners")
+        yield Mistake("within", None, "must be left out without start: the first curves are at the corners of the box")
     yield from _check_ratios(file)
     yield from _check_curves(file)
     if file.De[1] == file.Ca_e[1] == 0:
         yield Mistake(
-            "Ca_e", list(file.Ca_e), "must end above 0, or De: dU of rigid pairs vanishes in Newtonian liquids"
+            "Ca_e", list(file.Ca_e), "must end above 0, or De must: dU of rigid pairs vanishes in Newtonian liquids"
         )
 
 
@@ -101,7 +101,9 @@ def _check_curves(file: AtlasFile) -> Iterator[Mistake]:
             yield Mistake("curves", None, "must be the number of curves, at least 1")
         return
     if len(file.starts) != 1:
-        yield Mistake("start", file.start or None, "must be one atlas with recompute, whose curves are computed again")
+        yield Mistake(
+            "start", file.start or None, "must be a single atlas with recompute, which computes its curves again"
+        )
     for key in ("curves", "within", "diameters", "beads"):
         if value := getattr(file, key):
             yield Mistake(key, value, "must be left out with recompute: the curves are those of start")
@@ -113,7 +115,7 @@ def _check_ratios(file: AtlasFile) -> Iterator[Mistake]:
         if (ends := getattr(file, key)) is None:
             continue
         if not ends[0] <= 1 <= ends[1]:
-            yield Mistake(key, list(ends), "must be the least and the largest ratio, with 1 between them")
+            yield Mistake(key, list(ends), "must be the smallest and the largest ratio, with 1 between them")
         if getattr(file, other) is None:
             yield Mistake(other, None, f"must be given with {key}, such as [1, 1]")
         elif not file.start:

@@ -63,7 +63,10 @@ class Recomputation:
             if code not in (0, 3):
                 return code, message
         atlas.save(directory / table)
-        return code, f"{message}; {len(curves.places)} of {len(before.curves.places)} curves of equal pairs are new"
+        return (
+            code,
+            f"{message}; {len(curves.places)} of {len(before.curves.places)} curves of equal pairs were computed again",
+        )
 
     def _with_unequal(
         self, atlas: Atlas, unequal: Unequal, directory: Path, workers: Workers

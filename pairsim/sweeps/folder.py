@@ -209,7 +209,7 @@ def begin(directory: Path, grid: Grid) -> SweepRecord:
         earlier = _read(directory)
         if earlier.grid != grid.key:
             version = earlier.versions.get("pairsim", __version__)
-            other = f"by pairsim {version}, whose keys or defaults differ: CHANGELOG.md has what to write"
+            other = f"by pairsim {version}, whose keys or defaults differ: CHANGELOG.md says what to write"
             whose = "of another grid" if version == __version__ else other
             raise InputError(
                 str(directory), Argument("folder"), None, f"must be a folder for this grid, but has a sweep {whose}"
@@ -245,7 +245,7 @@ def _read(directory: Path) -> SweepRecord:
     except FileNotFoundError:
         raise InputError(str(directory), "", None, "must be the folder of a sweep, but has no sweep.json") from None
     except (OSError, ValueError, KeyError, TypeError) as error:
-        raise InputError(str(path), "", None, f"must be that of a sweep of this version ({error})") from error
+        raise InputError(str(path), "", None, f"must be the record of a sweep of this version ({error})") from error
 
 
 def read_sweep(directory: Path, values: bool = True) -> SweepRecord:

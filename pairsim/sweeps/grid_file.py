@@ -43,7 +43,7 @@ def _bounds(value: Any) -> Any:
 
 def _folder(name: str) -> str:
     if not name or name.startswith(".") or "/" in name:
-        raise ValueError("must be a name for a folder, without / and not beginning with a point")
+        raise ValueError("must be the name of a folder, without / and not beginning with a dot")
     return name
 
 
@@ -111,4 +111,4 @@ def check_sweep(file: SweepFile) -> Iterator[Mistake]:
     if cases > MOST_CASES:
         yield Mistake("grid", None, f"must give at most {MOST_CASES} cases, not {cases}")
     if not (file.grid or file.zip or file.cases):
-        yield missing("grid", "must be given, or else zip or cases")
+        yield missing("grid", "must be given, or zip or cases instead")

@@ -57,7 +57,7 @@ def status_view(sweep: SweepRecord, working: bool) -> Group:
     title = f"{sweep.name}: {len(cases)} cases of pairsim {sweep.question.name}"
     parts: list[Any] = [Text(title, style="bold"), Text(", ").join(shown)]
     if counts["pending"] + counts["running"]:
-        rest = "at work" if working else "no sweep is at work here; the same command goes on with the rest"
+        rest = "a sweep is at work" if working else "no sweep is at work here; the same command continues it"
         parts.append(Text(rest))
     parts += [Text(f"warning: {text}") for text in summarised(cases)]
     if failures := sweep.without_result:

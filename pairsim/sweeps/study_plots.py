@@ -18,7 +18,7 @@ from pairsim.runtime.errors import InputError
 from pairsim.sweeps.folder import read_sweep
 from pairsim.sweeps.study_table import ERROR, FAMILIES, STUDY_COLUMNS, TABLE, families, settings_of
 
-WORDS = "lines: the same but for the cells; dots: the same but for the steps"
+WORDS = "solid lines: only the cells differ; dotted lines: only the time steps differ"
 
 
 @printing()

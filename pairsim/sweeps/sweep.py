@@ -220,7 +220,7 @@ class _Sweep:
         for warning in summarised(list(self.cases.values())):
             self.reporter.say(f"warning: {warning}")
         if self.code == INTERRUPTED:
-            return self.code, f"stopped by {self.why}; {text}; the same command goes on with the rest"
+            return self.code, f"stopped by {self.why}; {text}; the same command continues it"
         if self.why:
             return self.code, f"{self.why}; {text}"
         if failed:

@@ -64,7 +64,7 @@ def plot_sweep(
         written += _draw_parameters(cases, main, varying, parts, group, target, page)
     if not written:
         drawn = sweep.question.in_sweeps.drawn
-        has = "no zero of dU to draw over a number that varies" if drawn else "its pictures in the folders of its cases"
+        has = "no zero of dU over a number that varies" if drawn else "pictures only in the folders of its cases"
         raise InputError(str(directory), "", None, f"is a sweep of `pairsim {command}`, which has {has}")
     return written
 

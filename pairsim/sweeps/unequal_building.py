@@ -78,7 +78,7 @@ class UnequalBuilding:
         """
         atlas, before = self.atlas, self.atlas.unequal
         if before is not None and before.ratios != self.ratios:
-            allowed = f"must be {before.ratios}, the ratios of the atlas to go on from"
+            allowed = f"must be {before.ratios}, the ratios of the atlas to which curves are added"
             raise InputError(str(self.path), "diameters, moduli", self.ratios, allowed)
         curves = None if before is None else before.curves
         singles = (np.zeros((0, 3)), np.zeros(0)) if before is None else before.beads.singles
@@ -117,7 +117,9 @@ class UnequalBuilding:
         cases: list[Plain] = [*pairs_at(x, self.file, self._diameters, self._moduli)]
         grid = grid_from(self.path, {"name": name, "command": "curve", "base": self.base, "cases": cases})
         if (pair := grid.cases[0].case).n != 2:
-            raise InputError(str(self.path), "base.particles", pair.n, "must be 2: an atlas has curves of pairs")
+            raise InputError(
+                str(self.path), "base.particles", pair.n, "must be 2: the curves of an atlas are those of pairs"
+            )
         numbers = {"beta": pair.betas[0], "De": pair.De, "Ca_e": pair.Ca_es[0]}
         equal: list[Plain] = [numbers]
         alike = grid_from(self.path, {"name": name, "command": "curve", "base": self.base, "cases": equal})
@@ -199,7 +201,7 @@ def _joined(atlas: Atlas, curves: UnequalCurves | None, other: Atlas, source: st
     if other.unequal is None:
         return curves
     if len(other.d) != len(atlas.d) or not np.allclose(other.d, atlas.d):
-        raise InputError(source, "start", None, "must be atlases of the same curves: its curves have other distances")
+        raise InputError(source, "start", None, "must be atlases of the same curves: its curves are at other distances")
     theirs = other.unequal.curves
     pairs = zip(theirs.betas, theirs.De, theirs.Ca_es, strict=True)
     inside = np.array([not outside_of(atlas, *pair) for pair in pairs])
@@ -214,4 +216,4 @@ def _known(atlas: Atlas, curves: UnequalCurves) -> str:
     assert atlas.of_unequal is not None
     size = 100 * np.sqrt(np.median(np.mean(left_out(atlas.of_unequal) ** 2, axis=1)))
     many = f"{len(curves.De)} curves of unequal pairs"
-    return f"{many}, half of them off by up to {size:.2g} % of their peak without themselves"
+    return f"{many}; left out, half of them are off by up to {size:.2g} % of their peak"

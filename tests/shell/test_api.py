@@ -240,7 +240,7 @@ WRONG: dict[str, tuple[Any, dict[str, Any], str]] = {
     "object": (
         RUN,
         {"De": object()},
-        "De: must be a number, a text, true or false, or a list or group of these, not a object",
+        "De: must be a number, text, true or false, or a list or group of these, not a object",
     ),
     "nan": (RUN, {"De": float("nan")}, "De: must be a number, not nan"),
 }
@@ -260,9 +260,9 @@ def test_wrong_cases_are_typed_errors(name: str) -> None:
             lambda: pairsim.sweep({"base": RUN, "grid": {"De": [float("nan")]}}),
             r"grid.De\[0\]: must be a number, not nan",
         ),
-        (lambda: pairsim.sweep({"base": RUN | {"De": object()}}), "grid: base.De: must be a number, a text"),
-        (lambda: pairsim.curve(CURVE, workers="2"), "workers: got '2'; must be a whole number from 1 on"),
-        (lambda: pairsim.curve(CURVE, workers=1.5), "workers: got 1.5; must be a whole number from 1 on"),
+        (lambda: pairsim.sweep({"base": RUN | {"De": object()}}), "grid: base.De: must be a number, text"),
+        (lambda: pairsim.curve(CURVE, workers="2"), "workers: got '2'; must be a whole number of at least 1"),
+        (lambda: pairsim.curve(CURVE, workers=1.5), "workers: got 1.5; must be a whole number of at least 1"),
         (lambda: pairsim.fit(pd.DataFrame({"t [s]": [0.0]}), RUN), "must be given: the quantities of the experiment"),
         (lambda: film_of(pd.DataFrame()), "film: got 'DataFrame'; must be the path of a table"),  # type: ignore[arg-type]
     ],

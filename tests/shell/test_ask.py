@@ -111,11 +111,11 @@ def test_a_range_holds_dU_of_most_draws_of_uncertain_inputs(
     said = drawn.outside_at(d)
     if few:
         assert (held & ~outside).mean() == pytest.approx(0.95, abs=0.015)
-        assert not said or "count as outside of this range" in said
+        assert not said or "count as outside this range" in said
     else:
         assert held[~outside].mean() == pytest.approx(0.95, abs=0.015)
         assert float(said.partition(" %")[0]) == pytest.approx(100 * outside.mean(), abs=2)
-        assert "outside of the atlas, beta below 0.3, and are not known: the range is that of the others" in said
+        assert "outside the atlas, beta below 0.3, and are not known: the range is that of the others" in said
     assert bool(said) == bool(outside.any())
 
 
@@ -139,21 +139,27 @@ def test_a_difference_of_the_diameters_has_its_part_in_the_range(atlas: Path) ->
 
 def test_what_an_input_changes_that_the_atlas_has_one_value_of_is_said(atlas: Path) -> None:
     answer = api.ask(**ELASTIC | {"solvent": "90 +- 5 mPa.s"}, atlas=atlas)
-    assert "What solvent changes by xi is not in it: the atlas has one xi." in answer.findings()
+    assert "The effect of solvent on xi is not included: the atlas has one xi." in answer.findings()
 
 
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"relaxation": "20ms"}, r"De = 3.395 is not in 0 to 1; pairsim curve computes it \(about .* on one core"),
-        ({"liquid": "oldroyd-b"}, "the liquid is Oldroyd-B, in the atlas Giesekus"),
-        ({"liquid": {"law": "giesekus", "alpha": 0.071}}, r"answer: alpha = 0\.071, in the atlas 0\.2; pairsim curve"),
-        ({"solvent": "0.5 Pa.s"}, r"xi = 0\.5, in the atlas 0\.09; pairsim curve"),
+        (
+            {"relaxation": "20ms"},
+            r"De = 3.395 is not between 0 and 1; pairsim curve computes it \(about .* on one core",
+        ),
+        ({"liquid": "oldroyd-b"}, "the liquid is Oldroyd-B, that of the atlas Giesekus"),
+        (
+            {"liquid": {"law": "giesekus", "alpha": 0.071}},
+            r"answer: alpha = 0\.071, but 0\.2 in the atlas; pairsim curve",
+        ),
+        ({"solvent": "0.5 Pa.s"}, r"xi = 0\.5, but 0\.09 in the atlas; pairsim curve"),
         ({"particle": ["20um", "22um"]}, "the beads differ"),
-        ({"particle": ["20um", "20um", "20um"]}, "must be 2: the answers are those of pairs"),
-        ({"solid": {"law": "mooney-rivlin", "c": 0.5}}, "the beads are Mooney-Rivlin, in the atlas neo-Hookean"),
-        ({"length": 20}, "length is 20, in the atlas auto"),
-        ({"ends": "periodic", "length": 20}, "ends is periodic, in the atlas developed"),
+        ({"particle": ["20um", "20um", "20um"]}, "must be 2: an atlas answers for pairs"),
+        ({"solid": {"law": "mooney-rivlin", "c": 0.5}}, "the beads are Mooney-Rivlin, those of the atlas neo-Hookean"),
+        ({"length": 20}, "length is 20, but auto in the atlas"),
+        ({"ends": "periodic", "length": 20}, "ends is periodic, but developed in the atlas"),
         ({"tube": "50kPa"}, "must be a length"),
     ],
 )
@@ -163,7 +169,7 @@ def test_where_the_atlas_has_no_answer_it_says_why(atlas: Path, change: dict[str
 
 
 def test_quantities_of_a_block_count_as_those_beside_it(atlas: Path) -> None:
-    with pytest.raises(InputError, match=r"xi = 0\.5, in the atlas 0\.09"):
+    with pytest.raises(InputError, match=r"xi = 0\.5, but 0\.09 in the atlas"):
         api.ask(**ELASTIC, physical={"solvent": "0.5 Pa.s"}, atlas=atlas)
 
 
@@ -176,10 +182,10 @@ class Heavy(CurveCase):
 @pytest.mark.parametrize(
     ("key", "value", "why"),
     [
-        ("gravity", 50.0, "gravity is 50, in the atlas 0"),
-        ("after", 1.0, "after is 1, in the atlas not given"),
-        ("velocity", 0.5, "velocity is 0.5, in the atlas not given"),
-        ("flow", 0, "flow is 0, in the atlas 1"),
+        ("gravity", 50.0, "gravity is 50, but 0 in the atlas"),
+        ("after", 1.0, "after is 1, but not given in the atlas"),
+        ("velocity", 0.5, "velocity is 0.5, but not given in the atlas"),
+        ("flow", 0, "flow is 0, but 1 in the atlas"),
         ("max_points", 7, ""),
         ("name", "bench", ""),
     ],
@@ -196,7 +202,7 @@ def test_a_key_is_compared_unless_it_is_known_not_to_matter(key: str, value: Any
     [({"d0": 0.1, "hold": True}, "hold"), ({"d": [0.02, 0.8], "along": {"Ca_e": [0.05, 0.1]}}, "along")],
 )
 def test_a_key_that_no_curve_has_is_refused_where_it_matters(more: dict[str, Any], key: str, atlas: Path) -> None:
-    with pytest.raises(InputError, match=f"{key}: .*must be left out: an atlas does not know it"):
+    with pytest.raises(InputError, match=f"{key}: .*must be left out: atlases do not cover it"):
         api.ask({"beta": 0.4, "De": 0, "Ca_e": 0.05, **more}, atlas=atlas)
     assert api.ask({"beta": 0.4, "De": 0, "Ca_e": 0.05, "d0": 0.1, "time": {"end": 3}}, atlas=atlas).dU(0.1)
 
@@ -227,9 +233,9 @@ def test_of_several_atlases_that_of_the_law_of_the_liquid_answers(two_atlases: t
 
 def test_the_box_that_a_case_is_outside_of_is_that_of_its_law(two_atlases: tuple[Path, Path]) -> None:
     for given, why in (
-        (ELASTIC | {"relaxation": "6.19ms"}, r"answer: De = 1\.051 is not in 0 to 1; "),
-        (ELASTIC | {"particle": "14.5um"}, r"answer: beta = 0\.29 is not in 0\.3 to 0\.5; "),
-        (BENCH | {"particle": "12um"}, r"answer: beta = 0\.24 is not in 0\.25 to 0\.5; "),
+        (ELASTIC | {"relaxation": "6.19ms"}, r"answer: De = 1\.051 is not between 0 and 1; "),
+        (ELASTIC | {"particle": "14.5um"}, r"answer: beta = 0\.29 is not between 0\.3 and 0\.5; "),
+        (BENCH | {"particle": "12um"}, r"answer: beta = 0\.24 is not between 0\.25 and 0\.5; "),
     ):
         with pytest.raises(InputError, match=why):
             api.ask(**given)
@@ -294,7 +300,7 @@ def test_a_case_file_is_asked_about_too(atlas: Path, tmp_path: Path) -> None:
     assert api.ask(file, atlas=atlas).dU("8um").magnitude == known
     of_curve = {key: value for key, value in ELASTIC.items() if key != "liquid"} | {"distance": ["5um", "8um", "12um"]}
     assert api.ask({"physical": of_curve, "liquid": "giesekus"}, atlas=atlas).dU("8um").magnitude == known
-    with pytest.raises(InputError, match="must have a pair: this is a case of pairsim train"):
+    with pytest.raises(InputError, match="must be the case of a pair, not one of pairsim train"):
         api.ask({"beta": 0.4, "De": 0, "Ca_e": 0.1, "d": 0.3, "row": {"beads": 30}}, atlas=atlas)
 
 
@@ -306,20 +312,22 @@ def test_the_command_answers_in_words(atlas: Path, pairsim: Pairsim) -> None:
         "ask", *options.split(), "--relaxation", "2 +- 0.4 ms", "--liquid", "giesekus", "--atlas", str(atlas)
     )
     assert done.returncode == 0, done.stderr
-    assert re.search(r"In 95 % of draws of the inputs, dU at d = \S+ um is \S+ to \S+ um/s", done.stdout)
-    assert re.search(r"At d = 20 um: dU = \S+ \+- \S+ um/s; by the inputs \S+ to \S+ um/s\.", done.stdout)
+    assert re.search(r"In 95 % of random draws of the inputs, dU at d = \S+ um is \S+ to \S+ um/s", done.stdout)
+    assert re.search(
+        r"At d = 20 um: dU = \S+ \+- \S+ um/s; with the uncertainty of the inputs \S+ to \S+ um/s\.", done.stdout
+    )
     assert " of tube" in done.stdout
     refused = pairsim("ask", "--particle", "20um", "--atlas", str(atlas))
     assert refused.returncode == 2
     assert "--tube: must be given, or a case file" in refused.stderr
     refused = pairsim("ask", "--tube", "50um", "--from", "20um", "--atlas", str(atlas))
-    assert "--to: must be given, too, for a travel" in refused.stderr
+    assert "--to: must be given, too, to compute a travel" in refused.stderr
 
 
 def test_commands_take_the_law_of_a_case_that_names_none_and_say_so(atlas: Path, pairsim: Pairsim) -> None:
     bench = "--tube 50um --particle 20um --flow 1ul/min --viscosity 1Pa.s --modulus 5kPa --relaxation 2ms"
     asked = pairsim("ask", *bench.split(), "--atlas", str(atlas))
-    assert "No law of the liquid is named, and Giesekus is taken" in asked.stdout
+    assert "No law of the liquid is given, so Giesekus is assumed" in asked.stdout
     named = pairsim("ask", *bench.split(), "--liquid", "giesekus", "--atlas", str(atlas))
     assert asked.stdout.splitlines()[0] == named.stdout.splitlines()[0]
     assert "is named" not in named.stdout
@@ -344,7 +352,7 @@ def test_what_is_not_known_or_does_not_move_is_not_in_the_answer(atlas: Path) ->
     still, unequal = rigid.findings()
     assert still == "The pair keeps its distance: dU vanishes at every d."
     assert "for each per cent by which the leading one is larger, dU at d = 1 um changes by -" in unequal
-    with pytest.raises(InputError, match="must be left out: dU = 0 at every distance, so that the pair keeps its own"):
+    with pytest.raises(InputError, match="must be left out: dU = 0 at every distance, so that the pair never moves"):
         rigid.travel("5um", "10um")
 
 

@@ -129,7 +129,7 @@ def test_a_file_has_all_of_an_atlas(made: Atlas, tmp_path: Path) -> None:
 
 
 def test_what_is_outside_or_no_atlas_is_refused(made: Atlas, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"beta = 0\.6 is not in 0\.3 to 0\.5"):
+    with pytest.raises(InputError, match=r"beta = 0\.6 is not between 0\.3 and 0\.5"):
         made.at(0.6, 0, 0.1)
     (tmp_path / "a.npz").write_text("no")
     with pytest.raises(InputError, match="must be an atlas"):
@@ -148,9 +148,11 @@ def test_curves_of_a_newtonian_liquid_are_those_of_all_others_at_De_0(made: Atla
     found = joined(made, other, newtonian_case, "a.yaml")
     assert found.curves.places[len(made.curves.places) :].tolist() == places[:2].tolist()
     assert found.curves.random[-2:].tolist() == [False, False]
-    with pytest.raises(InputError, match=r"a.yaml: start: must be atlases of the same curves: length is auto, in the"):
+    with pytest.raises(
+        InputError, match=r"a.yaml: start: must be atlases of the same curves: length is auto, but 20 in the"
+    ):
         joined(made, replace(other, provenance={"case": theirs | {"length": 20.0}}), newtonian_case, "a.yaml")
-    with pytest.raises(InputError, match="its curves have other distances"):
+    with pytest.raises(InputError, match="its curves are at other distances"):
         joined(made, replace(other, d=1.1 * D), newtonian_case, "a.yaml")
 
 
@@ -196,7 +198,7 @@ def test_what_is_no_atlas_is_refused_before_it_is_computed(Ca_e: str, base: str,
 def test_a_curve_that_has_not_all_distances_says_why(tmp_path: Path) -> None:
     (tmp_path / "run.json").write_text('{"message": "steady states end at Ca_e = 0.2"}')
     (tmp_path / "case.yaml").write_text("beta: 0.4\n")
-    with pytest.raises(InputError, match=r"steady states end at Ca_e = 0\.2\): make the box smaller"):
+    with pytest.raises(InputError, match=r"steady states end at Ca_e = 0\.2\): choose a smaller box"):
         curves_in([tmp_path], D, np.zeros((0, 3)))
 
 
@@ -214,7 +216,7 @@ def test_curves_are_computed_and_made_into_an_atlas(pairsim: Pairsim, tmp_path: 
     spec.write_text(f"{box}curves: 6\nbase: {base}\n")
     done = pairsim("atlas", "small.yaml", "-o", "out")
     assert done.returncode == 0, done.stderr
-    assert "5 of 5 cases finished; 5 curves, half of them off by up to " in done.stdout + done.stderr
+    assert "5 of 5 cases finished; 5 curves; left out, half of them are off by up to " in done.stdout + done.stderr
     atlas = Atlas.load(tmp_path / "out" / "atlas.npz")
     assert atlas.provenance["case"]["mesh"]["Np"] == 8
     assert atlas.curves.random.sum() == 3
@@ -230,8 +232,8 @@ def test_curves_are_computed_and_made_into_an_atlas(pairsim: Pairsim, tmp_path: 
     assert (more.curves.places[5:, 0] >= 0.36).all()
     assert (more.box["beta"], more.curves.random.sum()) == ([0.3, 0.4], 3)
     for changed, why in (
-        (f"{box}base: {{mesh: {{Np: 8}}, tol: 0.5, length: 20}}", "length is 20, in the atlas auto"),
-        (f"{box.replace('0.05', '0.06')}base: {base}", "its box is another one"),
+        (f"{box}base: {{mesh: {{Np: 8}}, tol: 0.5, length: 20}}", "length is 20, but auto in the atlas"),
+        (f"{box.replace('0.05', '0.06')}base: {base}", "its box is different"),
     ):
         spec.write_text(f"{changed}\ncurves: 6\nstart: out/atlas.npz\n")
         refused = pairsim("atlas", "small.yaml", "-o", "other")

@@ -142,7 +142,7 @@ def test_cells_that_are_given_are_held() -> None:
     assert case(dU_error=True).adapts
     assert not case(dU_error=True, mesh={"Np": 21}).adapts
     assert not case().adapts
-    assert str(QUESTIONS["run"].estimate(case(dU_error=True))).endswith("is known after a coarse one")
+    assert str(QUESTIONS["run"].estimate(case(dU_error=True))).endswith("is known after a coarse run")
 
 
 def test_cells_around_small_particles_in_elastic_liquids_are_smaller() -> None:

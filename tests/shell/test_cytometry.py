@@ -224,11 +224,11 @@ def test_area_and_deformation_follow_from_pixels_and_circularity(table: Path, tm
 @pytest.mark.parametrize(
     ("temperatures", "said"),
     [
-        (np.zeros(4), "temp of 4 of 4 events is no temperature of a liquid in degC (0): setup:temperature was taken"),
+        (np.zeros(4), "temp of 4 of 4 events cannot be that of a liquid in degC (0): setup:temperature was taken"),
         (np.full(4, 296.15), "(296.1): setup:temperature was taken"),
         (
             [0.0, 23.0, 23.0, np.nan],
-            "temp of 1 of 4 events is no temperature of a liquid in degC (0): that of",
+            "temp of 1 of 4 events cannot be that of a liquid in degC (0): that of",
         ),
     ],
 )
@@ -248,7 +248,7 @@ def test_temperatures_of_a_sensor_that_is_off_or_in_kelvin_are_not_taken(
         ({}, {"temp": np.full(4, 37.0)}, "setup:temperature is 14 K from the median of the events"),
         ({FLOW: 2.4}, {}, "measured from 5,000 to 150,000 1/s: it is extrapolated to"),
         ({"setup:flow rate sample": 0.01, "setup:flow rate sheath": 0.05}, {}, "is not the sum of its parts"),
-        ({PIXEL: 0.68}, {"area_cvx": AREA / 0.34**2}, "area_um over area_cvx is that of 0.34 um"),
+        ({PIXEL: 0.68}, {"area_cvx": AREA / 0.34**2}, "by area_um over area_cvx it is 0.34 um"),
         ({"calculation:emodulus viscosity": 5.0}, {}, "calculation:emodulus viscosity, 5.0, was not used"),
     ],
 )
@@ -301,7 +301,9 @@ def test_files_that_are_in_use_or_refer_to_others_are_told_apart(table: Path, tm
     file = cytometer_file(tmp_path / "b.rtdc", {"deform": DEFORMATION})
     with h5py.File(file, "a") as opened:
         opened.create_dataset("basins/0", data=[line.encode() for line in basin])
-    with pytest.raises(InputError, match=r"area_um: is missing in the file, which refers to others .*M001_raw.rtdc"):
+    with pytest.raises(
+        InputError, match=r"area_um: is missing in the file, whose events are in other files.*M001_raw.rtdc"
+    ):
         api.moduli(file, table)
     with h5py.File(tmp_path / "c.rtdc", "w") as opened:
         opened["other"] = 1
@@ -355,7 +357,7 @@ def test_other_files_are_refused(table: Path, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="No such file"):
         api.moduli(tmp_path / "none.rtdc", table)
     (other := tmp_path / "d.rtdc").write_text("text")
-    with pytest.raises(InputError, match="must be a file of a cytometer"):
+    with pytest.raises(InputError, match="must be a cytometer file"):
         api.moduli(other, table)
     with pytest.raises(InputError, match="must be a table of pairsim table --cytometry"):
         api.moduli(other, other)

@@ -47,7 +47,7 @@ def test_beads_of_a_given_difference_are_unequal() -> None:
     case = api.load({"physical": block, "Ca_e": 0, "d": [0.1, 0.2]}, kind="curve")
     assert case.betas == pytest.approx((0.398, 0.402))
     several = {"particle": ["20um", "21um"]}
-    with pytest.raises(InputError, match=r"must go with physical\.particle, one diameter: the mean of both"):
+    with pytest.raises(InputError, match=r"must go with a single diameter physical\.particle, the mean of both"):
         api.load({"physical": block | several, "Ca_e": 0, "d": [0.1, 0.2]}, kind="curve")
-    with pytest.raises(InputError, match="it is that of two particles"):
+    with pytest.raises(InputError, match="it applies to two particles only"):
         api.load({"physical": block, "Ca_e": 0, "particles": 3, "d": [0.1, 0.2]}, kind="curve")

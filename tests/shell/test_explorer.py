@@ -61,7 +61,7 @@ def test_the_page_shows_the_numbers_of_ask(atlas: Path, tmp_path: Path, pairsim:
 def test_the_page_says_what_is_outside(atlas: Path, tmp_path: Path) -> None:
     (tmp_path / "page.html").write_text(page_of([("Giesekus", Atlas.load(atlas))]))
     text = shown(tmp_path / "page.html", modulus=1, relaxation=30)
-    assert "The atlas has no answer: De = 5.09 is not in 0 to 1, and Ca_e = 0.17 is not in 0 to 0.1" in text
+    assert "The atlas has no answer: De = 5.09 is not between 0 and 1, and Ca_e = 0.17 is not between 0 and 0.1" in text
 
 
 @pytest.mark.slow

@@ -285,7 +285,7 @@ def test_frames_far_from_all_others_are_refused(atlas: Path, tmp_path: Path) -> 
     with pytest.raises(InputError, match=rf"csv:{len(rows)}: distance: got '1e\+09 um'; must be at most 100 diameters"):
         api.fit(path, case(), atlas=atlas)
     path.write_text("\n".join([*rows[:-1], f"1e10,{d}"]))
-    with pytest.raises(InputError, match="no motion of the atlas comes near these frames"):
+    with pytest.raises(InputError, match="no motion of the atlas comes close to these frames"):
         api.fit(path, case(), atlas=atlas)
 
 

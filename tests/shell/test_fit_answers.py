@@ -198,8 +198,8 @@ def test_a_fit_is_printed_before_its_liquid_is_refused_as_a_case(pairsim: Pairsi
     assert done.returncode == 2
     assert "fit: Oldroyd-B, 4 modes: viscosity = 5" in done.stdout
     assert "fit: off by 1.5 %" in done.stdout
-    assert "that is De = " in done.stderr
-    assert "it is that of the fit, and no case is made of this liquid here" in done.stderr
+    assert "this is De = " in done.stderr
+    assert "the value is that of the fit, so that no case can be made of this liquid here" in done.stderr
     assert [file.name for file in tmp_path.iterdir()] == ["gel.csv"]
 
 
@@ -257,9 +257,9 @@ def test_numbers_of_modes_stand_apart_from_their_names() -> None:
     ("quantities", "says"),
     [
         ({"modulus": "3 mPa", "viscosity": "10 mPa.s"},
-         "modulus 3 mPa is 0.003 Pa (m is milli, mega is M), usual are 1 Pa to 100 GPa"),
-        ({"viscosity": "2 MPa.s"}, "viscosity 2 MPa.s is 2e+06 Pa.s (M is mega, milli is m), usual are"),
-        ({"viscosity": "1 Pa.s", "tube": "90 nm", "particle": "20 nm"}, "tube 90 nm is 9e-08 m, usual are"),
+         "modulus 3 mPa is 0.003 Pa (m is milli, mega is M), but the usual range is 1 Pa to 100 GPa"),
+        ({"viscosity": "2 MPa.s"}, "viscosity 2 MPa.s is 2e+06 Pa.s (M is mega, milli is m), but the usual range is"),
+        ({"viscosity": "1 Pa.s", "tube": "90 nm", "particle": "20 nm"}, "tube 90 nm is 9e-08 m, but the usual range"),
     ],
 )  # fmt: skip
 def test_a_prefix_that_may_be_misread_is_said_at_once(quantities: dict[str, str], says: str) -> None:
@@ -271,5 +271,5 @@ def test_a_prefix_that_may_be_misread_is_said_at_once(quantities: dict[str, str]
 
 
 def test_a_number_that_follows_from_a_misread_prefix_is_refused_with_it() -> None:
-    with pytest.raises(InputError, match=r"that is Ca_e = 5.659e\+04; .*; modulus 3mPa is 0.003 Pa \(m is milli"):
+    with pytest.raises(InputError, match=r"this is Ca_e = 5.659e\+04; .*; modulus 3mPa is 0.003 Pa \(m is milli"):
         api.units(tube="50um", particle="20um", flow_rate="1ul/min", viscosity="1Pa.s", modulus="3mPa")

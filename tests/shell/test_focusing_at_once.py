@@ -20,14 +20,14 @@ class TestUnits:
         """pairsim focus: 19.92 mm and 1.2 at 400 Pa (configs/focus.yaml), 5.03 mm and 4.6 at 100 Pa."""
         (line,) = said(modulus="400 Pa")
         assert "a small displacement from the axis falls to a tenth within about 20 mm of tube" in line
-        assert "below about 1.1 (here 0.071); to first order, which is within 20 % up to Ca_e = 0.081" in line
+        assert "below about 1.1 (here 0.071); to first order, which is accurate to 20 % up to Ca_e = 0.081" in line
         (line,) = said(modulus="100 Pa")
         assert "within about 5.1 mm of tube" in line
 
     def test_inertia_drives_it_off_where_the_reynolds_number_is_larger(self) -> None:
         (line,) = said(modulus="100 kPa")
         assert "within about 5100 mm of tube, without inertia, which drives it off the axis" in line
-        assert "from a Reynolds number of about 0.0045 on (here 0.071)" in line
+        assert "above a Reynolds number of about 0.0045 (here 0.071)" in line
 
     def test_beyond_first_order_there_is_no_length(self) -> None:
         (line,) = said(modulus="5 kPa", relaxation="20 ms", liquid="giesekus")

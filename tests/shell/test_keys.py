@@ -167,8 +167,8 @@ def test_an_atlas_compares_a_key_that_it_does_not_know() -> None:
         return beyond(Heavy.model_validate(theirs | keys), atlas)
 
     assert why() == why(weight=[0, 0]) == why(patience=2) == []
-    assert why(weight=50) == ["weight is 50, in the atlas 0"]
-    assert why(weight=[50, 0]) == ["weight is [50.0, 0.0], in the atlas 0"]
+    assert why(weight=50) == ["weight is 50, but 0 in the atlas"]
+    assert why(weight=[50, 0]) == ["weight is [50.0, 0.0], but 0 in the atlas"]
     assert why(length="auto", ends="developed") == []
 
 

@@ -76,8 +76,7 @@ def test_message_names_line_key_value_and_what_is_allowed(
         (
             "run case.yaml -o full",
             lambda: library.run("case.yaml", folder="full"),
-            "full: {folder|-o}: must be a new or empty folder, unless {`overwrite`|--overwrite} replaces the results "
-            "in it",
+            "full: {folder|-o}: must be a new or empty folder; {`overwrite`|--overwrite} replaces the results in it",
         ),
         (
             "plot ran --format bmp",

@@ -96,7 +96,7 @@ def test_an_old_sweep_goes_on_where_its_ends_are_named(
     (old / "grid.yaml").write_text(grid)
     done = pairsim("sweep", "grid.yaml", "-o", "sweep")
     assert done.returncode == 2
-    assert "by pairsim 0.3.0, whose keys or defaults differ: CHANGELOG.md has what to write" in done.stderr
+    assert "by pairsim 0.3.0, whose keys or defaults differ: CHANGELOG.md says what to write" in done.stderr
     (old / "grid.yaml").write_text(grid.replace("base:", "base:\n  ends: periodic"))
     again = pairsim("sweep", "grid.yaml", "-o", "sweep")
     assert again.returncode == 0, again.stderr

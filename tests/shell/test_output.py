@@ -140,7 +140,7 @@ def test_status_of_a_killed_run(tmp_path: Path) -> None:
     killed = ["out: interrupted", "the command was killed", "5.25 s of wall time, by:"]
     assert status(folder) == [
         *killed,
-        "Next: the same command with --overwrite computes it again; what was written stands until then.",
+        "Next: the same command with --overwrite computes it again; what was written is kept until then.",
     ]
     (folder / "checkpoint.npz").touch()
     assert status(folder) == [*killed, "Next: pairsim run --resume out continues from the last checkpoint."]
@@ -165,7 +165,7 @@ def test_status_of_sweep_and_study(tmp_path: Path) -> None:
     assert first == "many: 2 cases of pairsim run"
     assert rest == [
         "1 pending, 1 failed",
-        "no sweep is at work here; the same command goes on with the rest",
+        "no sweep is at work here; the same command continues it",
         "case  reason       what happened",
         "a-1   mesh_failed  no mesh",
     ]

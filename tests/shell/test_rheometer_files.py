@@ -210,13 +210,13 @@ def test_moduli_are_read(kind: str, tmp_path: Path) -> None:
         ("rate [1/s],viscosity [Pa.s],normal force [N]\n" + table(RATES, VISCOSITIES, POINTS),
          "N1 = 2 F/(pi R^2) needs"),
         ("rate [1/s],A viscosity [Pa.s],B viscosity [Pa.s]\n" + table(RATES, VISCOSITIES, POINTS),
-         'column 3 "B viscosity [Pa.s]" is not read, which may be viscosity, too'),
+         'column 3 "B viscosity [Pa.s]" is not read, although it may be viscosity, too'),
         ("rate [1/s],viscosity [Pa.s],N1 [Pa]\n" + table(RATES, VISCOSITIES, [1.0, -2.0, 3.0, 4.0, 5.0, 6.0]),
          "N1 is not positive at up to 0.5 1/s: 4 of its points, at larger rates, are read"),
         ("Taxa de cisalhamento (1/s);Viscosidade (Pa.s);Primeira diferença de tensões normais (Pa)\n"
          + table(RATES, VISCOSITIES, POINTS, by=";"), "N1 in Pa (column 3"),
         ("rate [1/s],rate [1/s],viscosity [Pa.s]\n" + table(RATES, POINTS, VISCOSITIES),
-         'column 2 "rate [1/s]" is not read, which may be rate, too'),
+         'column 2 "rate [1/s]" is not read, although it may be rate, too'),
         (TRIOS, "not read: section 'Flow sweep - 4'; --section NAME reads another one"),
     ],
 )  # fmt: skip
@@ -232,26 +232,26 @@ def test_what_is_left_out_or_assumed_is_said(text: str, says: str, tmp_path: Pat
         (bytes(range(256)) * 9, "export the table as CSV in UTF-8"),
         ("0.1,2\n0.2,3\n", "must have a line of headings of shear rate and"),
         ("rate [1/s],strain [%]\n1,2\n", "must have a line of headings of shear rate and viscosity or shear stress"),
-        ("lg rate,log10 viscosity\n" + table(POINTS, POINTS), "viscosity [mPa.s], and has lg rate, log10 visc"),
-        (SPECTRA["Hz"], "and has those of `spectrum`"),
+        ("lg rate,log10 viscosity\n" + table(POINTS, POINTS), "viscosity [mPa.s], but has lg rate, log10 visc"),
+        (SPECTRA["Hz"], "but has those of `spectrum`"),
         ("rate [1/s],viscosity [Pa.s]\n1,1\n2,0\n", "must have at least 5 rows of positive numbers"),
-        ("rate [1/s],viscosity [Pa.s]\n" + "10,1\n" * 9, "a factor of 2 or more, and has 9, with rates from 10 to 10"),
+        ("rate [1/s],viscosity [Pa.s]\n" + "10,1\n" * 9, "a factor of 2 or more, but has 9, with rates from 10 to 10"),
         ("rate,,eta,\n1,1/s,2,Pa.s\n2,1/s,2,Pa.s\n3,1/s,2,P\n4,1/s,2,P\n5,1/s,2,P\n", "not Pa.s P"),
         ("rate (1/s),viscosity (in thousandths)\n" + table(RATES, MILLI), "not in thousandths"),
         ("rate (1/s),viscosity in thousandths\n" + table(RATES, MILLI), "not thousandths"),
-        ("rate [Hz],viscosity [Pa.s]\n" + table(RATES, VISCOSITIES), 'a unit as 1/s is for "rate [Hz]", not Hz'),
-        ("rate [1/s],viscosity [mPa]\n" + table(RATES, VISCOSITIES), "a unit as Pa.s is"),
+        ("rate [Hz],viscosity [Pa.s]\n" + table(RATES, VISCOSITIES), 'a unit such as 1/s for "rate [Hz]", not Hz'),
+        ("rate [1/s],viscosity [mPa]\n" + table(RATES, VISCOSITIES), "a unit such as Pa.s for"),
         ("rate [1/s],viscosity [MPA.S]\n" + table(RATES, VISCOSITIES), "not MPA.S"),
         ("rate [1/s],viscosity [MPas]\n" + table(RATES, VISCOSITIES), "not MPas"),
         ("rate [1/s],viscosity [MPa.s]\n" + table(RATES, VISCOSITIES), "not MPa.s"),
-        ("Вязкость\n1\n".encode("cp1251"), "must be text in an encoding that can be told"),
+        ("Вязкость\n1\n".encode("cp1251"), "must be text in a recognisable encoding"),
         ("rate [1/s],viscosity [Pa.s]\n0,10,2,50\n0,20,2,40\n", "numbers and between them: line 2"),
-        ("rate [1/s];viscosity [mPa.s]\n1;2.500\n5;1.800\n9;950\n", "2.500, which may be one or a thousand"),
+        ("rate [1/s];viscosity [mPa.s]\n1;2.500\n5;1.800\n9;950\n", "2.500, whose mark may be that of decimals or"),
         ("rate [1/s],viscosity [Pa.s]\n" + table(POINTS, RATES, VISCOSITIES), "must have a heading over each column"),
         ("rate [1/s],viscosity [Pa.s]\n" + table(scaled(RATES, -1), VISCOSITIES), "must have rows of positive numbers"),
         ("rate [1/s],viscosity x1000 [Pa.s]\n" + table(RATES, MILLI), "a unit without a factor"),
         ("rate [1/s],viscosity/eta0\n" + table(RATES, VISCOSITIES), "must have a line of headings"),
-        ("rate [1/s]\tviscosity [Pa.s]\n1,000\t2\n2,000\t3\n", "1,000, which may be one or a thousand"),
+        ("rate [1/s]\tviscosity [Pa.s]\n1,000\t2\n2,000\t3\n", "1,000, whose comma may mark decimals or thousands"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_read_is_refused(text: str | bytes, says: str, tmp_path: Path) -> None:
@@ -269,5 +269,5 @@ def test_moduli_in_tension_are_not_those_in_shear(tmp_path: Path) -> None:
 def test_a_section_is_chosen_by_a_part_of_its_name(tmp_path: Path) -> None:
     file = written(tmp_path, TRIOS)
     assert "section 'Flow sweep - 4'" in read_columns("rheology", file, "sweep - 4")[1][0]
-    with pytest.raises(InputError, match="must have a section named ramp, and has section 'Flow sweep - 2'"):
+    with pytest.raises(InputError, match="must have a section named ramp, but has section 'Flow sweep - 2'"):
         read_columns("rheology", file, "ramp")

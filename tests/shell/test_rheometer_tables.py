@@ -117,7 +117,7 @@ def test_marks_of_thousands_are_read_where_decimal_marks_are_certain(tmp_path: P
 
 def test_rows_below_the_table_that_are_not_of_it_are_said(tmp_path: Path) -> None:
     assert (
-        "not read: what is below line 19, with 5 cells and not 3"
+        "not read: what is below line 19, with 5 cells instead of 3"
         in read(tmp_path, text(UNITS, THREE) + "\n0.1,2,3,4,5\n0.2,3,4,5,6\n")[1]
     )
 
@@ -135,7 +135,7 @@ def test_a_calibration_is_not_fitted_unless_it_is_asked_for(name: str, first: bo
     both = f"{name}\nR = 0.99\n\n{OIL}", f"== Raw Data ==\n{RAW}"
     values, said = read(tmp_path, "\n".join(both if first else both[::-1]))
     assert values["viscosity"] == pytest.approx(ETA, rel=1e-5)
-    assert "which is a calibration by its name" in said
+    assert "which is a calibration, by its name" in said
     title = name.strip("-[] ").rpartition("\t")[2]
     assert len(read(tmp_path, "\n".join(both), title)[0]["rate"]) == 9
 
@@ -294,7 +294,9 @@ def test_a_loss_factor_tells_that_moduli_have_two_units(tmp_path: Path) -> None:
 def test_a_row_in_which_columns_contradict_each_other_is_refused_with_its_line(tmp_path: Path) -> None:
     torn = [[*FOUR[6][:2], *FOUR[7][2:]] if i == 6 else row for i, row in enumerate(FOUR) if i != 7]
     said = refused(tmp_path, text(FOUR_UNITS, torn))
-    assert "in line 8 shear rate times viscosity is 0.792 times what the other rows say of the stress" in said
+    assert (
+        "in line 8 shear rate times viscosity is 0.792 times what it is in other rows, relative to the stress" in said
+    )
     rounded = [[row[0], f"{float(row[1]):.1g}", row[2], row[3]] for row in FOUR]
     assert len(read(tmp_path, text(FOUR_UNITS, rounded))[0]["rate"]) == 17
 

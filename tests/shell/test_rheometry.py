@@ -118,7 +118,7 @@ def test_a_relaxation_time_that_data_do_not_show_is_told(longest: float, part: f
     none = np.empty(0)
     data = Measured(none, none, none, frequency, noisy(storage, 3), noisy(loss, 4))
     said = " ".join(sentences(fits(data, ["oldroyd-b"]), data, chosen=True))
-    assert ("hardly known, and longer than these data show, which begin at 0.1 1/s" in said) == warned, said
+    assert ("poorly determined, and longer than these data can show, which begin at 0.1 1/s" in said) == warned, said
 
 
 @pytest.mark.parametrize(("ratio", "warned"), [(1.0, False), (0.8, True)])
@@ -128,7 +128,7 @@ def test_a_flow_curve_and_moduli_of_two_liquids_are_told(ratio: float, warned: b
     more = {"frequency": RATES, "storage": noisy(ratio * storage, 3), "loss": noisy(ratio * loss, 4)}
     data = flow_curve(GIESEKUS, 1.0, **more)
     said = " ".join(sentences(fits(data, ["giesekus"]), data, chosen=True))
-    assert ("the files do not agree: at rest the viscosity is" in said) == warned, said
+    assert ("the files do not agree: the viscosity at rest is" in said) == warned, said
 
 
 @pytest.mark.parametrize("points", [6, 8, 11, 25])
@@ -199,7 +199,7 @@ def test_what_moduli_do_not_determine_is_said() -> None:
     assert best.numbers["alpha"].most == np.inf
     said = " ".join(sentences(found, SPECTRUM, chosen=True))
     assert "alpha = 0.2 (not determined by these data)" in said
-    assert "moduli do not tell how the viscosity falls with the rate" in said
+    assert "moduli do not show how the viscosity falls with the rate" in said
     either = fits(SPECTRUM, ["oldroyd-b", "giesekus"])
     taken = "Oldroyd-B is taken, and Giesekus fits as well: --liquid giesekus chooses one"
     assert taken in " ".join(sentences(either, SPECTRUM))
@@ -250,7 +250,7 @@ def test_a_file_becomes_a_case(pairsim: Pairsim, tmp_path: Path) -> None:
     case = (tmp_path / "case.yaml").read_text()
     assert re.search(r"viscosity: 0\.\d+ \+- 0\.0\d+ Pa\.s # zero-shear viscosity (?!.*95 %).*\n", case)
     assert re.search(r"'n': 0\.4\d+ +# flow index .*|'n': 0\.4\d+ +# 95 %: 0\.4\d+ to 0\.4\d+\n", case)
-    assert "# a viscosity alone does not tell" in case
+    assert "# the viscosity alone does not show" in case
     assert pairsim("run", "case.yaml", "--dry-run").returncode == 0
 
 

@@ -56,7 +56,7 @@ def test_name_of_a_case_or_sweep_is_no_path(name: str, here: Path) -> None:
     if name in ("$HOME", "-rf"):
         return  # a folder may be named so
     path.write_text(f"name: '{name}'\n" + GRID)
-    with pytest.raises(InputError, match="must be a name for a folder"):
+    with pytest.raises(InputError, match="must be the name of a folder"):
         read_grid(path)
 
 

@@ -396,7 +396,7 @@ def test_pictures_of_critical_distances_show_the_zeros(tmp_path: Path) -> None:
     assert drawn("few", few, ["Ca_e", "De"]) == ["sweep_zeros.png"]
     with pytest.raises(InputError, match="no zero of dU"):
         drawn("none", {(0.1, 0.0): few[0.1, 0.0]}, ["Ca_e"])
-    with pytest.raises(InputError, match="`pairsim shape`, which has its pictures in the folders of its cases"):
+    with pytest.raises(InputError, match="`pairsim shape`, which has pictures only in the folders of its cases"):
         drawn("shapes", {(0.1, 0.0): ""}, ["Ca_e"], "shape")
 
 

@@ -76,7 +76,7 @@ def test_units_of_trackers_are_known(tmp_path: Path) -> None:
         assert film.pixel is None
     assert_read(read(tmp_path, trackmate(um, "µm", "s", 1 / FPS), "latin-1"), tolerance=1e-3)
     assert_read(read(tmp_path, imaris(positions()), fps=FPS), tolerance=1e-3)
-    assert "must have a unit as m is, not furlong" in refused(tmp_path, trackmate(um, "furlong", "sec", 1 / FPS))
+    assert "must have a unit such as m, not furlong" in refused(tmp_path, trackmate(um, "furlong", "sec", 1 / FPS))
 
 
 def test_spreadsheets_change_a_table(tmp_path: Path) -> None:
@@ -93,7 +93,7 @@ def test_missing_options_are_asked_for_by_name_all_at_once(tmp_path: Path, pairs
     (tmp_path / "case.yaml").write_text(yaml.safe_dump(BENCH))
     done = pairsim("fit", "tracks.csv", "case.yaml")
     assert done.returncode == 2
-    assert "tracks.csv: --fps: must be given: the film has numbers of frames" in done.stderr
+    assert "tracks.csv: --fps: must be given: the film has frame numbers" in done.stderr
     assert "tracks.csv: --pixel: must be given, such as '.65 +- .01 um'" in done.stderr
     assert "0 (40 frames, 0 to 39), 1 (40 frames, 0 to 39), 2 (40 frames, 0 to 39)" in done.stderr
 
@@ -101,17 +101,17 @@ def test_missing_options_are_asked_for_by_name_all_at_once(tmp_path: Path, pairs
 @pytest.mark.parametrize(
     ("options", "wrong"),
     [
-        ({"pixel": "1um"}, "fps: must be given: the film has numbers of frames"),
+        ({"pixel": "1um"}, "fps: must be given: the film has frame numbers"),
         ({"fps": 500}, "pixel: must be given, such as '.65 +- .01 um' if it is in px, or 1um if it is in um"),
         (OPTIONS | {"fps": 0}, "fps: got 0; must be frames per second above 0"),
         (OPTIONS | {"fps": "fast"}, "fps: got 'fast'; must be frames per second above 0"),
         (OPTIONS | {"fps": float("nan")}, "fps: got nan; must be frames per second above 0"),
         (OPTIONS | {"pixel": ".65"}, "pixel: got '.65'; is not a number with a unit"),
-        (OPTIONS | {"pixel": ".65 px"}, "pixel: got '.65 px'; has the unit px, which is one of screens and print"),
+        (OPTIONS | {"pixel": ".65 px"}, "pixel: got '.65 px'; has the unit px, which is a unit of screens and print"),
         (OPTIONS | {"pixel": ".65 +- .7 um"}, "must have a half-width below its value"),
         (OPTIONS | {"particles": "0"}, "particles: got '0'; must be two"),
         (OPTIONS | {"particles": (1, 1)}, "particles: got '1,1'; must be two"),
-        (OPTIONS | {"particles": "0,7"}, "which has no 7, and 0 (40 frames, 0 to 39), 1 (40 frames, 0 to 39)"),
+        (OPTIONS | {"particles": "0,7"}, "which has no 7, but 0 (40 frames, 0 to 39), 1 (40 frames, 0 to 39)"),
     ],
 )
 def test_options_that_are_wrong(options: dict[str, Any], wrong: str, tmp_path: Path) -> None:
@@ -135,7 +135,7 @@ def test_options_that_contradict_the_table(tmp_path: Path) -> None:
 def test_a_frame_interval_that_nobody_has_set_is_none(tmp_path: Path) -> None:
     """TrackMate writes one second a frame where the film does not say how long it is."""
     text = trackmate(positions(), "micron", "sec", 1.0)
-    assert "fps: must be given: POSITION T counts frames, one a second" in refused(tmp_path, text)
+    assert "fps: must be given: POSITION T counts frames, at one per second" in refused(tmp_path, text)
     assert read(tmp_path, text, fps=1).seconds[1] == 1.0
 
 
@@ -196,11 +196,11 @@ def test_particles_that_exchange_their_names_are_put_back(tmp_path: Path) -> Non
     with_third = renamed(table, 25, {1: 2, 2: 1})
     film = read(tmp_path, trackpy(with_third), particles="0,1", **OPTIONS)
     assert_read(film)
-    assert film.notes[1] == "put back: 1 and 2, which exchange their names from frame 25 on"
+    assert film.notes[1] == "corrected: 1 and 2, whose names are exchanged from frame 25 on"
     for_a_while = renamed(table, 25, {1: 2, 2: 1}, 33)
     film = read(tmp_path, trackpy(for_a_while), particles="0,1", **OPTIONS)
     assert_read(film)
-    assert film.notes[1] == "put back: 1 and 2, which exchange their names from frame 25, 33 on"
+    assert film.notes[1] == "corrected: 1 and 2, whose names are exchanged from frame 25, 33 on"
 
 
 def test_a_track_that_goes_on_with_another_particle_is_refused_with_the_line(tmp_path: Path) -> None:
@@ -255,7 +255,7 @@ def test_a_particle_that_is_twice_in_a_frame(tmp_path: Path) -> None:
     assert film.notes[1] == "left out: 1 repeated row"
     other = pd.concat([table, table.iloc[[10]].assign(x=300.0)])
     said = refused(tmp_path, other.to_csv(), **OPTIONS)
-    assert "film.csv:82: must have particle 0 once in a frame, and has it in line 12, too" in said
+    assert "film.csv:82: must have particle 0 once in each frame, but has it in line 12, too" in said
 
 
 @pytest.mark.slow
@@ -285,7 +285,7 @@ def test_a_film_of_centres_is_drawn_beside_a_run(tmp_path: Path, monkeypatch: py
     np.testing.assert_allclose(seen, PIXEL * CENTRES - 21, atol=1e-6)  # 21 um between 20 and 22
     with pytest.raises(InputError, match="fps: must be given"):
         api.plot(run, tmp_path / "film.csv", out=tmp_path, pixel="1um")
-    with pytest.raises(InputError, match="fps: got 500; must be left out: it goes with a film"):
+    with pytest.raises(InputError, match="fps: got 500; must be left out without a film"):
         api.plot(run, out=tmp_path, fps=500)
-    with pytest.raises(InputError, match="must be one film, with runs or curves"):
+    with pytest.raises(InputError, match="must be a single film, with runs or curves"):
         api.plot(run, tmp_path / "film.csv", tmp_path / "film.csv", out=tmp_path, **OPTIONS)

@@ -147,11 +147,14 @@ def test_a_spread_of_moduli_is_known(file: Path) -> None:
     [
         (
             {"particle": ["20um", "17um"]},
-            r"the ratio of the diameters, leading to trailing, = 0\.85 is not in 0\.9 to 1",
+            r"the ratio of the diameters, leading to trailing, is 0\.85, not between 0\.9 and 1",
         ),
-        ({"modulus": ["10kPa", "30kPa"]}, r"the ratio of the moduli, leading to trailing, = 3 is not in 0\.5 to 2"),
-        ({"particle": ["25um", "26um"]}, r"beta = 0\.52 is not in 0\.3 to 0\.5; pairsim curve computes it"),
-        ({"liquid": "oldroyd-b"}, "the liquid is Oldroyd-B, in the atlas Giesekus"),
+        (
+            {"modulus": ["10kPa", "30kPa"]},
+            r"the ratio of the moduli, leading to trailing, is 3, not between 0\.5 and 2",
+        ),
+        ({"particle": ["25um", "26um"]}, r"beta = 0\.52 is not between 0\.3 and 0\.5; pairsim curve computes it"),
+        ({"liquid": "oldroyd-b"}, "the liquid is Oldroyd-B, that of the atlas Giesekus"),
     ],
 )
 def test_beyond_the_ratios_or_the_box_it_says_so(file: Path, change: dict[str, Any], message: str) -> None:
@@ -174,10 +177,10 @@ def test_options_have_one_value_for_each_bead(file: Path, pairsim: Pairsim) -> N
     [
         ("diameters: [0.9, 1.1]", "moduli: must be given with diameters, such as [1, 1]"),
         ("diameters: [0.9, 1.1]\nmoduli: [0.5, 2]", "diameters: got [0.9, 1.1]; must go with start"),
-        ("diameters: [1.1, 1.2]\nmoduli: [0.5, 2]\nstart: a.npz", "diameters: got [1.1, 1.2]; must be the least"),
+        ("diameters: [1.1, 1.2]\nmoduli: [0.5, 2]\nstart: a.npz", "diameters: got [1.1, 1.2]; must be the smallest"),
         ("beads: 5", "beads: got 5; must go with diameters and moduli"),
         ("recompute: true\nstart: a.npz", "curves: got 6; must be left out with recompute"),
-        ("recompute: true", "start: must be one atlas with recompute"),
+        ("recompute: true", "start: must be a single atlas with recompute"),
     ],
 )
 def test_keys_of_an_atlas_of_unequal_pairs_are_checked(more: str, wrong: str, tmp_path: Path) -> None:
@@ -207,7 +210,7 @@ def test_unequal_curves_are_computed_and_added(pairsim: Pairsim, tmp_path: Path)
     (tmp_path / "unequal.yaml").write_text(f"{box}{ratios}curves: 6\nbeads: 4\n")
     done = pairsim("atlas", "unequal.yaml", "-o", "unequal")
     assert done.returncode == 0, done.stderr
-    assert "6 curves of unequal pairs, half of them off by up to " in done.stdout + done.stderr
+    assert "6 curves of unequal pairs; left out, half of them are off by up to " in done.stdout + done.stderr
     equal, atlas = (Atlas.load(tmp_path / name / "atlas.npz") for name in ("equal", "unequal"))
     assert atlas.curves.dU.tolist() == equal.curves.dU.tolist()
     assert atlas.unequal is not None
@@ -219,7 +222,7 @@ def test_unequal_curves_are_computed_and_added(pairsim: Pairsim, tmp_path: Path)
         assert (np.abs(found["dU"][at] - table["dU"][at]) <= found["dU_error"][at] + table["dU_error"][at]).all()
     (tmp_path / "again.yaml").write_text(f"{box}start: unequal/atlas.npz\nrecompute: true\n")
     done = pairsim("atlas", "again.yaml", "-o", "again")
-    assert "5 of 5 curves of equal pairs are new" in done.stdout + done.stderr
+    assert "5 of 5 curves of equal pairs were computed again" in done.stdout + done.stderr
     again = Atlas.load(tmp_path / "again" / "atlas.npz")
     assert again.unequal is not None
     assert {*map(tuple, again.curves.places)} == {*map(tuple, atlas.curves.places)}

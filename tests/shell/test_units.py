@@ -163,7 +163,7 @@ def test_a_time_constant_is_that_of_every_mode() -> None:
     model = case(bench(time_constant="20 ms"), liquid={"law": "modes", "modes": modes}).liquid_model
     assert [mode.numbers["Cu"] for mode in model.modes] == pytest.approx([0.02 * RATE] * 2)
     with_solvent = {"law": "white-metzner", "n": 0.5, "solvent": {"law": "carreau", "n": 0.5}}
-    with pytest.raises(InputError, match=r"it would stand for liquid.Cu and liquid.solvent.Cu, which are to be given"):
+    with pytest.raises(InputError, match=r"it could be any of liquid.Cu and liquid.solvent.Cu, which must be given"):
         case(bench(time_constant="20 ms"), liquid=with_solvent)
 
 
@@ -212,7 +212,7 @@ def test_common_units_are_those_of_pint() -> None:
 
 
 A_TIME, A_VELOCITY, A_FLOW = a_time("t", "time"), QUANTITIES["velocity"], QUANTITIES["flow_rate"]
-PRINT = "is one of screens and print, not of what a camera sees"
+PRINT = "is a unit of screens and print, not of what a camera sees"
 
 
 @pytest.mark.parametrize(

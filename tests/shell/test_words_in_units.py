@@ -106,10 +106,12 @@ SENTENCES: dict[str, tuple[Callable[[], Text], str, str]] = {
     ),
     "a gap without a name": (
         lambda: narrow_gap(PAIR, 0.005, 0.0118)[0],
-        "the arcs beside a gap of 0.005 are 2.4 times as long as the gap (their length is set by d0): dU there is "
-        "accurate to a few percent only; use shorter ones (--set mesh.Np=60), or pairsim curve at that d",
-        "the arcs beside a gap of 0.25 um are 2.4 times as long as the gap (their length is set by d0): dU there is "
-        "accurate to a few percent only; use shorter ones (--set mesh.Np=60), or pairsim curve at that d",
+        "cell sides on the particles beside a gap of 0.005 are 2.4 times as long as the gap (d0 sets their "
+        "length): dU there is accurate to a few per cent only; use shorter ones (--set mesh.Np=60), or pairsim curve "
+        "at that d",
+        "cell sides on the particles beside a gap of 0.25 um are 2.4 times as long as the gap (d0 sets their "
+        "length): dU there is accurate to a few per cent only; use shorter ones (--set mesh.Np=60), or pairsim curve "
+        "at that d",
     ),
     "a length of tube without a name": (
         lambda: near_ends(PAIR, PAIR.tube_length - 1.8, "dU")[0],

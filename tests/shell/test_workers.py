@@ -275,5 +275,5 @@ def test_a_run_is_computed_on_one_core() -> None:
 def test_an_executor_asks_for_more_than_one_process() -> None:
     with ThreadPoolExecutor(1) as threads, pytest.raises(InputError, match="must be 2 or more with an executor"):
         pairsim.curve(CURVE, executor=threads)
-    with pytest.raises(InputError, match="must be a whole number from 1 on"):
+    with pytest.raises(InputError, match="must be a whole number of at least 1"):
         pairsim.curve(CURVE, workers=0)

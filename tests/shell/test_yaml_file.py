@@ -138,7 +138,9 @@ REPEATED = "[*{0}, *{0}, *{0}]", "{{x: *{0}, y: *{0}, z: *{0}}}", "{{<<: [*{0}, 
 def test_aliases_that_multiply_are_counted_and_not_written_out(first: str, repeated: str, tmp_path: Path) -> None:
     letters = "abcdefghijklmnopqrstuvwxyz"
     lines = [f"{new}: &{new} {repeated.format(old)}" for old, new in pairwise(letters)]
-    with pytest.raises(InputError, match=r"it has [\d,]+ values and keys with those that aliases repeat, of at most"):
+    with pytest.raises(
+        InputError, match=r"it has [\d,]+ values and keys, with those that aliases repeat; [\d,]+ are allowed"
+    ):
         read_yaml(write(tmp_path, "\n".join([first, *lines, ""])))
     assert len(read_yaml(write(tmp_path, "\n".join([first, *lines[:5], ""])))) == 6
 

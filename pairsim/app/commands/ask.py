@@ -80,11 +80,13 @@ def ask(
             several = [each.strip() for value in values for each in value.split(",")]
             given[name] = several[0] if len(several) == 1 else several
     if case is None and tube is None:
-        raise InputError("pairsim ask", "--tube", None, "must be given, or a case file")
+        raise InputError("pairsim ask", "--tube", None, "must be given, or a case file instead")
     if case is not None and given:
         raise _beside_a_file(*next(iter(given.items())))
     if (start is None) != (stop is None):
-        raise InputError("pairsim ask", "--from" if start is None else "--to", None, "must be given, too, for a travel")
+        raise InputError(
+            "pairsim ask", "--from" if start is None else "--to", None, "must be given, too, to compute a travel"
+        )
     model: type[BaseModel] = QUESTIONS["curve"].model
     apply_settings(given, tuple(set_ or ()), groups_of(model))
     try:
@@ -119,7 +121,7 @@ def _at(curve: Curve, d: float) -> str:
     """A sentence on dU at a distance [D_c], with its range due to the inputs, and its spread where beads differ."""
     (dU, half_width), drawn = curve(d), curve.drawn
     value = in_unit(curve.scales, VELOCITY, dU, half_width, "+")
-    part = "" if drawn is None else f"; by the inputs {drawn.words(d)}"
+    part = "" if drawn is None else f"; with the uncertainty of the inputs {drawn.words(d)}"
     if drawn is not None and (outside := drawn.outside_at(d)):
         part += f" ({outside})"
     if curve.unequal is not None:

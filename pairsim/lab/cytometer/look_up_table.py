@@ -136,7 +136,7 @@ def look_up_table(directory: Path, channel: Channel = "equivalent") -> tuple[str
         modulus, error, kept = modulus * factor, error + of_channel, size <= LARGEST
         area, deformation, modulus, error, factor = (each[kept] for each in (area, deformation, modulus, error, factor))
         ranges = [f"{100 * each.min():.2g} to {100 * each.max():.3g} %" for each in (factor - 1, error)]
-        notes = [f"square channel: moduli are raised by {ranges[0]}; half-widths {ranges[1]}"]
+        notes = [f"square channel: moduli are raised by {ranges[0]}; half-widths are {ranges[1]}"]
         notes += [f"{sum(~kept)} shapes wider than {LARGEST} of the channel were left out"] if not kept.all() else []
     meta["identifier"], meta["emodulus_error"] = f"pairsim:{directory.resolve().name}", error.round(5).tolist()
     head = f"BEGIN METADATA\n{json.dumps(meta, indent=2)}\nEND METADATA\n\n{HEAD}"

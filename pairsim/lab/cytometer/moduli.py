@@ -80,9 +80,10 @@ def moduli(file: Path | str, table: Path | str, *, carrier: str | None = None, c
     low, middle, high = inside["emodulus"].quantile([0.16, 0.5, 0.84])
     sentences = [
         f"Young's modulus of {len(inside)} of {len(events)} events, which lie in the table: median {middle:.4g} +- "
-        f"{inside['emodulus_error'].median():.2g} kPa, two thirds of them within {low:.4g} to {high:.4g} kPa",
+        f"{inside['emodulus_error'].median():.2g} kPa, two thirds of them from {low:.4g} to {high:.4g} kPa",
         flow.words,
-        "in the half-width: the table, its interpolation, the flow index; not the viscosity, the pixels of one event",
+        "the half-width includes errors of the table, its interpolation and the flow index, but not those of the "
+        "viscosity and of the pixels of single events",
     ]
     if meta.get("channel", meta.get("dimensionality")) in ("equivalent", "2Daxis"):
         sentences.append(UNCORRECTED)
@@ -114,7 +115,7 @@ def _flow(meta: Head, file: CytometerFile, carrier: str | None, celsius: float |
     own_width, own_flow_rate = 1e-6 * meta["channel_width"], 1e-9 * meta["flow_rate"]
     own_liquid = LAW in meta and INDEX not in meta
     if celsius is not None and (own_liquid or carrier == OF_TABLE):
-        allowed = "must be left out: the liquid is that of the table, whatever the temperature"
+        allowed = "must be left out: the liquid is that of the table, at any temperature"
         raise InputError("pairsim moduli", Argument("celsius"), celsius, allowed)
     if own_liquid:
         flow = f"in {meta['channel_width']:g} um at {meta['flow_rate']:g} ul/s"
@@ -122,7 +123,7 @@ def _flow(meta: Head, file: CytometerFile, carrier: str | None, celsius: float |
         same = np.allclose((width, flow_rate), (own_width, own_flow_rate), rtol=1e-3, atol=0)
         if not same or carrier not in (None, OF_TABLE):
             raise InputError(
-                "pairsim moduli", Argument("table"), None, f"{allowed} alone; another flow needs another table"
+                "pairsim moduli", Argument("table"), None, f"{allowed} only; another flow needs another table"
             )
         return _Flow(1.0, 0.0, f"carrier: that of the table ({meta[LAW]})", [])
     own_n = n = meta.get(INDEX, 1.0)

@@ -122,7 +122,7 @@ class CytometerFile:
             both, size = (areas > 0) & (pixels > 0), self.number(PIXEL_SIZE)
             found = float(np.median(np.sqrt(areas[both] / pixels[both]))) if both.any() else size
             if abs(found - size) > SAME * size:
-                yield f"{PIXEL_SIZE.key} is {size:g} um, but {AREA} over {AREA_PX} is that of {found:.3g} um"
+                yield f"{PIXEL_SIZE.key} is {size:g} um, but by {AREA} over {AREA_PX} it is {found:.3g} um"
         if (viscosity := self.attributes.get(VISCOSITY)) is not None:
             yield f"{VISCOSITY}, {_plain(viscosity)}, was not used: the viscosity is that of the carrier"
 
@@ -132,7 +132,7 @@ class CytometerFile:
         wrong = np.isfinite(measured) & ~TEMPERATURE.holds(measured)
         if wrong.any():
             taken = "that of the others" if TEMPERATURE.holds(measured).any() else TEMPERATURE.key
-            words = f"{OF_EVENT} of {wrong.sum()} of {measured.size} events is no temperature of a liquid"
+            words = f"{OF_EVENT} of {wrong.sum()} of {measured.size} events cannot be that of a liquid"
             yield f"{words} in degC ({np.median(measured[wrong]):.4g}): {taken} was taken"
         elif measured.size and own is not None:
             with suppress(ValueError):
@@ -140,7 +140,7 @@ class CytometerFile:
                     yield f"{TEMPERATURE.key} is {off:.2g} K from the median of the events, which was taken"
 
     def _missing(self, name: str) -> InputError:
-        cure = f", which refers to others for its events: give one of these ({'; '.join(self.others)})"
+        cure = f", whose events are in other files: give one of these ({'; '.join(self.others)})"
         return InputError(str(self.path), name, None, f"is missing in the file{cure if self.others else ''}")
 
 
@@ -165,7 +165,7 @@ def read_cytometer_file(path: Path) -> CytometerFile:
     with opened as file:
         group = file.get("events")
         if not isinstance(group, h5py.Group):
-            raise InputError(str(path), "events", None, "must be a group: this is no file of a cytometer, .rtdc")
+            raise InputError(str(path), "events", None, "must be a group: this is not a cytometer file (.rtdc)")
         try:
             attributes = dict(file.attrs)
             wanted = (AREA, AREA_PX, DEFORMATION, CIRCULARITY, OF_EVENT)
@@ -203,7 +203,7 @@ def _why_closed(error: OSError) -> str:
         return f"the file was not closed by the program that writes it: close it there, {cure}"
     if error.errno:
         return f"cannot be read: {os.strerror(error.errno)}"
-    return f"must be a file of a cytometer, .rtdc, which is HDF5 ({said})"
+    return f"must be a cytometer file (.rtdc), which is HDF5 ({said})"
 
 
 def _words_of_hdf5(error: OSError) -> str:

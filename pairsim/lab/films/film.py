@@ -58,8 +58,8 @@ class Film:
                 wrong, or a single one is.
         """
         if self.metres.min() > FAR * diameter:
-            far = f"has distances from {1e6 * self.metres.min():.4g} um on, of beads of {1e6 * diameter:.4g} um"
-            wrong = "the unit, or the scale in the tracker, is another one, such as inch or cm of a print"
+            far = f"has distances of {1e6 * self.metres.min():.4g} um or more, for beads of {1e6 * diameter:.4g} um"
+            wrong = "the unit, or the scale in the tracker, is wrong, such as inches or cm of a print"
             raise InputError(str(self.path), "", None, f"{far}: {wrong}")
         if self.metres.max() > FAR * diameter:
             i = int(self.metres.argmax())
@@ -74,7 +74,7 @@ class Film:
             i = int(gaps.argmin())
             near = f"has centres {1e6 * self.metres[i]:.4g} um apart"
             wrong = f"{near}, less than the diameter of the case, {1e6 * diameter:.4g} um"
-            hint = "; `pixel` or particle is wrong, or they are centres of something else"
+            hint = "; `pixel` or particle is wrong, or these are the centres of something else"
             raise InputError(str(self.path), "", None, wrong + hint, line=int(self.lines[i]))
         if len(gaps) > 2:
             off, between = deviations(gaps[:, None], np.diff(self.seconds)), np.diff(self.seconds)
@@ -183,7 +183,10 @@ def _distances(table: FilmTable, particles: str | Sequence[object] | None) -> Di
     if PARTICLE in table.columns:
         names = table.columns[PARTICLE].cells[known]
         if (several := names.groupby(table.clock.numbers[known]).transform("nunique") > 1).any():
-            allowed = f"must be of pairs, and is of {named(names[several].unique())} at one time, as diameters are"
+            allowed = (
+                f"must be that of pairs, but particles {named(names[several].unique())} have one each at one time, as "
+            )
+            allowed += "diameters do"
             raise table.error(column.heading, None, allowed, int(names[several].index[0]))
     gaps = column.numbers[~known].index
     left_out = [f"left out: {counted(len(gaps), 'row')} without a number, of {len(known)}: line {named(gaps)}"]
@@ -226,13 +229,13 @@ def _seconds(table: FilmTable, rate: float | None) -> tuple[pd.Series[float], st
         frame, t = frame or t, None
     if t is not None and np.isnan(t.size):
         raise table.error(
-            t.heading, None, "must be a column with its unit, such as t [s], or have frame numbers: `fps`"
+            t.heading, None, "must be a column with its unit, such as t [s], or have frame numbers, with `fps`"
         )
     if t is not None and rate is None:
         if frame is not None and frame.numbers.nunique() > 1:
             same = t.numbers.nunique() == 1
             if same or (t.size == 1 and t.numbers.equals(frame.numbers)):
-                unset = "is the same in all rows" if same else "counts frames, one a second"
+                unset = "is the same in all rows" if same else "counts frames, at one per second"
                 raise table.error(
                     Argument("fps"), None, f"must be given: {t.heading} {unset}, as where no interval is set"
                 )
@@ -242,13 +245,11 @@ def _seconds(table: FilmTable, rate: float | None) -> tuple[pd.Series[float], st
         of = "" if t is None else f', column "{t.heading}"'
         raise table.error(Argument("fps"), f"{rate:g}", f"must be left out: the film has times{of}")
     if rate is None:
-        raise table.error(
-            Argument("fps"), None, f'must be given: the film has numbers of frames, column "{frame.heading}"'
-        )
+        raise table.error(Argument("fps"), None, f'must be given: the film has frame numbers, column "{frame.heading}"')
     wrong = frame.numbers[frame.numbers % 1 > 0]
     if len(wrong):
         line = int(wrong.index[0])
-        raise table.error(frame.heading, wrong.iloc[0], "must be whole, as numbers of frames are, with `fps`", line)
+        raise table.error(frame.heading, wrong.iloc[0], "must be whole, as frame numbers are, with `fps`", line)
     said = f" ({rate:g} frames per second)"
     if t is not None:
         own = _rate_of(t, frame)
@@ -272,13 +273,15 @@ def _metre(table: FilmTable, lengths: Sequence[Column], size: tuple[float, float
         units.pop("")
     unit, column = next(iter(units.items()))
     if len(units) > 1:
-        raise table.error(first.heading, None, f"must have one unit with others, and they have {', '.join(units)}")
+        raise table.error(
+            first.heading, None, f"must have the same unit as other lengths, but these have {', '.join(units)}"
+        )
     if unit not in ("", "px"):
         if size is not None:
             raise table.error(Argument("pixel"), None, f'must be left out: "{column.heading}" is in {unit}')
         return column.size
     if size is None and not unit and not table.tracked:
-        allowed = "must be a column with its unit, such as d [um], or have pixels: `pixel`"
+        allowed = "must be a column with its unit, such as d [um], or be in pixels, with `pixel`"
         raise table.error(column.heading, None, allowed)
     if size is None:
         given = "is in px" if unit else "has no unit"
@@ -307,11 +310,11 @@ def _in_order(table: FilmTable, frames: Frames, heading: str, notes: list[str]) 
         raise table.error(heading, f"{frames.d[wrong[0]]:g}", why, int(frames.lines[wrong[0]]))
     steps = np.diff(frames.t)
     if len(frames.t) > 1 and (steps < 0).all() and not table.tracked:
-        notes.append("turned round: rows are in descending order of time")
+        notes.append("reversed: rows are in descending order of time")
         frames, steps = frames.where(slice(None, None, -1)), -steps[::-1]
     if (back := np.flatnonzero(steps < 0)).size:
         before, t = frames.t[back[0] : back[0] + 2]
-        allowed = f"must not step back: it is {before:.6g} s before"
+        allowed = f"must not step back: the row before has {before:.6g} s"
         raise table.error(clock, f"{t:.6g} s", allowed, int(frames.lines[back[0] + 1]))
     if (steps > 0).all():
         return frames
@@ -329,7 +332,7 @@ def _merged(table: FilmTable, frames: Frames, notes: list[str]) -> Frames:
     if len(far := means[means["spread"] > usual]):
         t, line = far.index[0], int(far["line"].iloc[0])
         both = named(f"{each:g}" for each in frames.d[frames.t == t])
-        allowed = f"must have one distance at a time, and has {both}, which differ by more than those of neighbours"
+        allowed = f"must have one distance at a time, but has {both}, which differ by more than those of neighbours"
         raise table.error(table.clock.heading, f"{t:.6g} s", allowed, line)
     merged = counted(len(frames.t) - len(means), "row")
     notes.append(f"merged: {merged} with the time of another one, into their mean")

@@ -147,7 +147,7 @@ def read_film_table(path: Path) -> FilmTable:
 def _heading(lines: Sequence[str]) -> tuple[int, str, list[str]]:
     """Place of the line of headings, the separator of its cells, and the cells; ValueError if there is none."""
     if lines[0].lstrip().startswith("<"):
-        raise ValueError("must be a table, and is XML: export the spots as CSV")
+        raise ValueError("must be a table, but is XML: export the spots as CSV")
     said = re.fullmatch(r'"?sep=(.)"?[\s,;]*', lines[0])
     for i, line in enumerate(lines):
         separators = SEPARATORS[:-1] if re.search(r"[\t;,]", line) else SEPARATORS
@@ -163,7 +163,7 @@ def _heading(lines: Sequence[str]) -> tuple[int, str, list[str]]:
     rows = [_split(line, separator) for separator in SEPARATORS[:-1] for line in lines[:50]]
     named = max(rows, key=lambda row: sum(cell[:1].isalpha() for cell in row), default=[])
     has = ", ".join([each for each in named if each][:MOST_NAMED])
-    raise ValueError(f"must be a table with headings, {EXAMPLE}, and has {has or 'nothing'}")
+    raise ValueError(f"must be a table with headings, {EXAMPLE}, but has {has or 'nothing'}")
 
 
 def _split(line: str, separator: str) -> list[str]:
@@ -284,7 +284,7 @@ def _unit(what: Heading, heading: str, above: Sequence[str]) -> tuple[str, float
         if inside and (size := _size(kind, inside)) is not None:
             return inside, size
         if inside and (text is unit or text != inside):
-            raise ValueError(f"must have a unit as {kind} is, not {inside}")
+            raise ValueError(f"must have a unit such as {kind}, not {inside}")
     return "", np.nan
 
 
@@ -296,7 +296,7 @@ def _check_cells(path: Path, start: int, heading: list[str], rows: Mapping[int, 
         lacking = range(len(row), len(heading))
         shifted = lacking and len(row) > last and (not whole or any(each[i] for each in whole for i in lacking))
         if filled > len(heading) or shifted:
-            wrong = f"has {max(filled, 1) if shifted else filled}, and line {start} has {len(heading)} headings"
+            wrong = f"has {max(filled, 1) if shifted else filled}, but line {start} has {len(heading)} headings"
             raise InputError(str(path), "", None, f"must have a cell for each heading: {wrong}", line=line)
 
 

@@ -103,7 +103,7 @@ class FilmFit:
 
     def _sentences(self) -> Iterator[str]:
         for name, found in self.values.items():
-            cut = "; the interval ends where the atlas does, values beyond were not looked at" * (name in self.cut)
+            cut = "; the interval ends where the atlas does, values beyond were not considered" * (name in self.cut)
             yield f"{name} = {_interval(found)}{cut}"
             largest = sorted((self.parts or {}).get(name, {}).items(), key=lambda item: -item[1])
             sizes = [(part, f"+- {100 * half:.2g} %" if half < 1 else "> 100 %") for part, half in largest]
@@ -131,7 +131,7 @@ class FilmFit:
         frames = f"{len(self.times)} frames, off by {self.residuals.std():.2g} um (standard deviation)"
         yield frames + (f"; {self.left_out} more are outliers and were left out" if self.left_out else "")
         if self.alike > CHANCE / np.sqrt(len(self.times)):
-            yield "A bad fit: neighbouring frames are off in the same direction, so this model is not theirs."
+            yield "A bad fit: neighbouring frames are off in the same direction, so the model does not describe them."
         yield from self.notes
 
 
@@ -189,7 +189,9 @@ def fit(
         seen = np.concatenate([each.distances for each in model.films])
         fitted = search.found.residuals + seen
         if not (chosen.d[0] < fitted.min() and fitted.max() < chosen.d[-1]):
-            raise InputError(str(film), "", None, "the motion that fits best leaves the distances of the atlas")
+            raise InputError(
+                str(film), "", None, "the motion that fits best leaves the range of distances of the atlas"
+            )
         equal = {}
         if model.difference == (0.0, UNKNOWN_DIFFERENCE):
             of_equals = Search.of(replace(model, difference=(0.0, 0.0)), numbers, search.likelihood.noise)
@@ -281,14 +283,16 @@ def _model_of(
         if more := [
             name for name, change in each.changes.items() if change and name not in (*numbers, "length", "velocity")
         ]:
-            notes.append(f"What the half-width of {each.key} changes by {', '.join(more)} is not in the intervals.")
+            notes.append(
+                f"The intervals do not include how the half-width of {each.key} changes the film by {', '.join(more)}."
+            )
         powers = {
             name: change / numbers.get(name, 1.0) for name, change in each.changes.items() if numbers.get(name, 1.0)
         }
         uncertain.append(Uncertain(each.key, each.half_width / each.value, powers))
     if atlas.at(**numbers).by_difference is None:
         difference = (0.0, 0.0)
-        notes.append("This atlas does not know what a difference of the diameters does: they are taken to be equal.")
+        notes.append("This atlas lacks the effect of a difference of the diameters: they are taken to be equal.")
     return FilmModel(atlas, numbers, seen, uncertain, difference), notes
 
 

@@ -201,7 +201,7 @@ def near_films(film: Path | str) -> Iterator[None]:
         with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
             yield
     except np.linalg.LinAlgError:
-        wrong = "no motion of the atlas comes near these frames: a time or a distance is far from all others"
+        wrong = "no motion of the atlas comes close to these frames: a time or a distance is far from all others"
         raise InputError(str(film), "", None, wrong) from None
 
 

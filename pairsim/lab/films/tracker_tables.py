@@ -57,7 +57,7 @@ def distances_of(table: FilmTable, wanted: str | Sequence[object] | None) -> Dis
     if (positions["name"] == "").all():
         if wanted is not None:
             raise table.error(
-                Argument("particles"), _text(wanted), "must be left out: no column says which particle is which"
+                Argument("particles"), _text(wanted), "must be left out: no column tells the particles apart"
             )
         return Distances(_without_names(table, positions, notes), notes)
     tracks = _tracks(table, positions, notes)
@@ -115,7 +115,7 @@ def _without_names(table: FilmTable, positions: pd.DataFrame, notes: list[str]) 
     many = positions[frames["x"].transform("size") > 2]
     if len(many):
         wrong = f"has {len(frames.get_group(many['key'].iloc[0]))} particles in one frame"
-        allowed = f"must have a column that says which particle is which, such as particle: {wrong}"
+        allowed = f"must have a column that tells the particles apart, such as particle: {wrong}"
         raise table.error("", None, allowed, int(many["line"].iloc[0]))
     pairs = positions[frames["x"].transform("size") == 2].sort_values("key", kind="stable")
     if pairs.empty:
@@ -136,13 +136,15 @@ def _tracks(table: FilmTable, positions: pd.DataFrame, notes: list[str]) -> dict
     if len(again):
         name, key, line = again["name"].iloc[0], again["key"].iloc[0], int(again["line"].iloc[0])
         first = unique[(unique["name"] == name) & (unique["key"] == key)]["line"].iloc[0]
-        raise table.error("", None, f"must have particle {name} once in a frame, and has it in line {first}, too", line)
+        raise table.error(
+            "", None, f"must have particle {name} once in each frame, but has it in line {first}, too", line
+        )
     tracks = {}
     for name, track in unique.groupby("name", sort=False):
         if FRAME not in table.columns and (back := np.flatnonzero(np.diff(track["key"]) < 0)).size:
             line = int(track["line"].iloc[back[0] + 1])
             of = track["name"].iloc[0]
-            raise table.error(table.clock.heading, None, f"must not step back, of particle {of}", line)
+            raise table.error(table.clock.heading, None, f"must not step back, as it does for particle {of}", line)
         tracks[str(name)] = track.set_index("key").sort_index()
     return tracks
 
@@ -164,11 +166,11 @@ def _pair(table: FilmTable, tracks: dict[str, pd.DataFrame], wanted: str | Seque
     for name in names:
         parts = name.split("+")
         if unknown := [part for part in parts if part not in tracks]:
-            wrong = f"must be of the film, which has no {unknown[0]}, and {has}"
+            wrong = f"must be in the film, which has no {unknown[0]}, but {has}"
             raise table.error(Argument("particles"), _text(wanted), wrong)
         whole = pd.concat([tracks[part] for part in parts]).sort_index()
         if (twice := whole.index[whole.index.duplicated()]).size:
-            wrong = f"{name} must be parts of one track: all are in {twice[0]:.10g}"
+            wrong = f"{name} must be parts of one track, but both are in {twice[0]:.10g}"
             raise table.error(Argument("particles"), _text(wanted), wrong)
         for part in parts:
             del tracks[part]
@@ -215,7 +217,7 @@ def _untangled(
         last = key
     what = "frame" if FRAME in table.columns else "time"
     for names, places in exchanged.items():
-        notes.append(f"put back: {names}, which exchange their names from {what} {named(places)} on")
+        notes.append(f"corrected: {names}, whose names are exchanged from {what} {named(places)} on")
     return one, two
 
 

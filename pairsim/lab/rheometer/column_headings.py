@@ -106,7 +106,7 @@ def column(quantity: str, place: int, heading: str, rest: str, around: Sequence[
     of = UNITS.get(quantity, "Pa")
     si = of.replace("*", ".")
     if re.search(r"[x*] ?1(0|e[-+]?\d)", " ".join([heading, *around])):
-        raise ValueError(f'must have a unit without a factor for "{heading}", as {si} is')
+        raise ValueError(f'must have a unit without a factor for "{heading}", such as {si}')
     in_brackets = re.findall(r"[\[(]([^\[\]()]*)[\])]", heading)
     after = re.sub(r"^[\s\])]*(in\b|[,/:;-])?\s*", "", rest)
     bare = re.fullmatch(r"[\[(](.*)[\])]", after)
@@ -121,7 +121,7 @@ def column(quantity: str, place: int, heading: str, rest: str, around: Sequence[
     for text in [after, *named, *around]:
         unit = text.strip("[]() ")
         if unit and si and (re.search(spellings().like_units, unit) or text in named or f"[{unit}]" == text):
-            raise ValueError(f'must have a unit as {si} is for "{heading}", not {unit.replace("*", ".")}')
+            raise ValueError(f'must have a unit such as {si} for "{heading}", not {unit.replace("*", ".")}')
     return Column(place, heading, "", 1.0, si)
 
 

@@ -89,7 +89,7 @@ def text_of(file: Path) -> str:
     try:
         content = file.read_bytes()
     except OSError as error:
-        raise ValueError(f"must be a file that can be read ({error.strerror})") from None
+        raise ValueError(f"must be a readable file ({error.strerror})") from None
     if content.startswith(SPREADSHEETS):
         raise ValueError("must be text: open it in a spreadsheet, and save the sheet with the table as CSV (UTF-8)")
     texts = [content.decode(each, "ignore") for each in EASTERN]
@@ -97,7 +97,7 @@ def text_of(file: Path) -> str:
     guesses = from_bytes(content, cp_isolation=ENCODINGS)
     texts += map(str, sorted(guesses, key=lambda each: each.encoding != "utf_8"))  # which is seldom anything else
     if not texts:
-        raise ValueError("must be text in an encoding that can be told: export the table as CSV in UTF-8")
+        raise ValueError("must be text in a recognisable encoding: export the table as CSV in UTF-8")
     text = texts[0].removeprefix("\ufeff").translate(ONE_SIGN)
     text = unicodedata.normalize("NFKC", text).translate(ONE_SIGN).replace("\r\n", "\n").replace("\r", "\n")
     text = re.sub(r"(?m)^[#%]+[ \t]*(?=[^\W\d])", "", text)  # headings that begin with the sign of a comment
@@ -120,7 +120,7 @@ def _choice(kind: str, text: str, wanted: Sequence[str]) -> Choice:
     named = [each for each in wide if not wanted or any(name.lower() in each.name.lower() for name in wanted)]
     if not named:
         has = _list(each.name for each in wide)
-        raise ValueError(f"must have a section named {' or '.join(wanted)}, and has {has}")
+        raise ValueError(f"must have a section named {' or '.join(wanted)}, but has {has}")
     if broken := next((each for each in named if each.misfit and not each.foreign), None):
         of = f", in {broken.name}; `section` NAME reads another one" if len(wide) > 1 else ""
         raise ValueError(broken.misfit + of)
@@ -165,7 +165,7 @@ def _too_few(kind: str, lines: Sequence[str], sections: Sequence[Section]) -> st
         section = max(sections, key=lambda each: each.usable.sum())
         rates = section.numbers.iloc[:, 0][section.usable]
         has = f"{most}, with rates from {rates.min():.4g} to {rates.max():.4g}"
-    return f"must have {rows} or more, and has {has}"
+    return f"must have {rows} or more, but has {has}"
 
 
 def _unfit(section: Section, chosen: bool) -> str:
@@ -173,7 +173,7 @@ def _unfit(section: Section, chosen: bool) -> str:
     if section.misfit:
         return section.misfit
     if not chosen and re.search(spellings().of_something_else, section.name):
-        return "is a calibration by its name"
+        return "is a calibration, by its name"
     try:
         return no_curve(section)
     except ValueError as error:
@@ -217,12 +217,12 @@ def _left_out(kind: str, section: Section, columns: Mapping[str, Column]) -> Ite
         place = columns[str((~(of_first > 0)).idxmax())]
         value = section.cells.loc[line, place.place]
         number = re.fullmatch(NUMBER, value) and not re.match(r"-|[0.,]*$", value)
-        why = f"'{value}' is {'an overload' if number else 'no positive number'}" if value else "is empty"
+        why = f"'{value}' is {'an overload' if number else 'not a positive number'}" if value else "is empty"
         yield f"{len(out)} of {len(section.cells)} rows left out; in the first one, line {line}, {place} {why}"
     named = places(kind, section.heading)
     for name in [each for each in columns if each != "frequency"]:  # which many files have in Hz and in rad/s
         for i in sorted(named[name].keys() - {columns[name].place} - section.beside):
-            yield f'column {i + 1} "{section.heading[i]}" is not read, which may be {name}, too'
+            yield f'column {i + 1} "{section.heading[i]}" is not read, although it may be {name}, too'
     if "N1" not in columns:
         for i in named.get("force", ()):
             yield f'column {i + 1} "{section.heading[i]}" is not read: N1 = 2 F/(pi R^2) needs the radius R of the cone'
@@ -240,8 +240,8 @@ def _without_noise(values: dict[str, Array]) -> Iterator[str]:
 def _assumed(file: Path, columns: Mapping[str, Column]) -> Iterator[str]:
     """Warnings of units that are missing, or that may be meant in another way."""
     if without := [f"{each}, taken as {each.assumed}" for each in columns.values() if each.assumed and not each.unit]:
-        units = f"no unit is given of {', '.join(without)}"
-        yield f"warning: {file.name}: {units}; if it is another one, write it into the heading, as [mPa.s]"
+        units = f"no unit is given for {', '.join(without)}"
+        yield f"warning: {file.name}: {units}; if the unit is another one, write it into the heading, as [mPa.s]"
     rate = next(iter(columns.values()))
     if rate.unit in ("1/s", "s-1") and re.match("f", rate.heading, re.IGNORECASE):
         yield f"warning: {rate} is taken as an angular frequency, in rad/s; if it counts cycles, its unit is Hz"
@@ -252,10 +252,10 @@ def _no_table(kind: str, lines: Sequence[str]) -> str:
     wanted, example = NEEDED[kind]
     headed = [each for each in NEEDED if any(heading_of(each, line) for line in lines)]
     if other := [each for each in headed if each != kind]:
-        return f"must have columns of {wanted}, and has those of `{other[0]}`"
+        return f"must have columns of {wanted}, but has those of `{other[0]}`"
     if headed:
         return f"must have rows of positive numbers, without units, below the headings of {wanted}"
     rows = [cells_of(line, separator) for separator in SEPARATORS[:-1] for line in lines]
     named = max(rows, key=lambda row: (len(places(kind, row)), sum(cell[:1].isalpha() for cell in row)))
     has = ", ".join(filter(None, named[:8]))
-    return f"must have a line of headings of {wanted}, such as {example}, and has {has or 'nothing'}"
+    return f"must have a line of headings of {wanted}, such as {example}, but has {has or 'nothing'}"

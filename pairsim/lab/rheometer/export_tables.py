@@ -293,7 +293,7 @@ def _without_others(rows: dict[int, list[str]], most: int, names: int) -> tuple[
         before = [row for at, row in data.items() if at < line]
         several = len(block) > 1 or len(block[0]) == 1
         if several and any(map(fits, before)) and not any(map(fits, block)):
-            count = f"{counted(_filled(block[0]), 'cell')} and not {names}"
+            count = f"{counted(_filled(block[0]), 'cell')} instead of {names}"
             return {at: row for at, row in rows.items() if at < line}, f"what is below line {line - 1}, with {count}"
     return rows, ""
 
@@ -312,7 +312,9 @@ def _misfit(rows: Mapping[int, Sequence[str]], line: int, names: int, raw: int, 
     for at, row in data.items():
         count = f"line {at} has {counted(max(_filled(row), len(row)), 'cell')}, the headings (line {line}) {names}"
         if _filled(row) > max(names, raw):
-            wrong[at] = f"must have a heading over each column, and no commas both in numbers and between them: {count}"
+            wrong[at] = (
+                f"must have a heading over each column, and not commas both in numbers and between them: {count}"
+            )
         elif len(row) < names and not trimmed and not (full and measured.isdisjoint(range(len(row), names))):
             wrong[at] = f"must have a cell below each heading, empty where nothing was measured: {count}"
     return next(iter(wrong.values()), ""), bool(wrong) and len(wrong) == len(data)

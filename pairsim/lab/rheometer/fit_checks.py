@@ -108,7 +108,7 @@ def _unit_by(relation: Relation, section: Section, columns: Mapping[str, Column]
         line, factor = lines[apart][0], np.exp((ratio - off)[apart][0])
         raise ValueError(
             f"must have columns that belong together: in line {line} {relation.first} is {factor:.3g} times "
-            f"what the other rows say of {relation.second} ({of_columns})"
+            f"what it is in other rows, relative to {relation.second} ({of_columns})"
         )
     without = [name for name, of in columns.items() if not of.unit and name != "factor"]
     if len(without) > 1:  # rates and frequencies without a unit are mostly in 1/s
@@ -158,7 +158,7 @@ def no_curve(section: Section) -> str:
             return f"has shear rates that change by a factor of {CHANGES:g} or more at one stress, as in creep"
     for name, y in numbers.iloc[:, 1:].items():
         if _part_that_changes(x, y, HELD["rate"]) > 0.5:
-            why = "with time, temperature or what was before"
+            why = "with time, temperature or history"
             return f"has values of {name} that change by a factor of {CHANGES:g} or more at one {over}, {why}"
     if (range_ := _kelvin(section)) > MOST_KELVIN:
         return f"has temperatures that differ by {range_:.0f} K"

@@ -34,7 +34,9 @@ def marks_of(cells: Sequence[str], separator: str) -> tuple[Marks, str]:
     commas, points = ([cell for cell in numbers if mark in cell] for mark in ",.")
     decimal, marked = (",", commas) if len(commas) > len(points) else (".", points)
     certain = not all(re.fullmatch(r"[-+]?[1-9]\d{0,2}[.,]\d{3}", cell) for cell in marked)
-    doubt = f"has {commas[0]}, which may be one or a thousand; export it with decimal points" if commas else ""
+    doubt = (
+        f"has {commas[0]}, whose comma may mark decimals or thousands; export it with decimal points" if commas else ""
+    )
     return Marks(decimal, certain), doubt if decimal == "," and not certain and separator != ";" else ""
 
 
@@ -53,7 +55,9 @@ def numbers_in(cells: pd.Series[str], marks: Marks) -> pd.Series[float]:
     steps = np.diff(numbers.dropna())
     mixed = marked.str.fullmatch(r"[1-9]\d{0,2}[.,]\d{3}").all() and cells.str.fullmatch(r"\d{3}").any()
     if len(marked) and mixed and (steps > 0).any() and (steps < 0).any():
-        raise ValueError(f"has {marked.iloc[0]}, which may be one or a thousand; export it without such marks")
+        raise ValueError(
+            f"has {marked.iloc[0]}, whose mark may be that of decimals or thousands; export it without thousands marks"
+        )
     return numbers.where(~_overloads(cells, numbers))
 
 

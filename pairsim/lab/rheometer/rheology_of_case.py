@@ -108,7 +108,7 @@ def fit_liquid(
         found = _fitted(data, names, given, listener)
     if not found:
         known = f" besides {', '.join(given)}" if given else ""
-        allowed = f"must be a law with unknown numbers{known}, fewer of them than there are points"
+        allowed = f"must be a law with unknown numbers{known}, of which there are fewer than points"
         raise InputError("pairsim units", Argument("liquid"), law, allowed)
     fitted, value, intervals = keys_of(found[0])
     of_fit = sentences(found, data, chosen=law is not None)
@@ -281,30 +281,30 @@ def _doubts(best: Fit, others: Sequence[Fit], data: Measured, noise: str, chosen
         if better and described(better[0], data):
             yield f"these data yield: --liquid {better[0].law.name} describes them"
     if (xi := best.numbers.get("xi")) and np.isinf(xi.least):
-        yield "these data do not show the viscosity of the solvent: --solvent holds a known one"
+        yield "these data do not determine the viscosity of the solvent: --solvent fixes a known one"
     steady, dynamic = at_rest(data.rate, data.viscosity), at_rest(data.frequency, _complex_viscosity(data))
     if steady and dynamic and abs(np.log(steady / dynamic)) > APART:
         yield (
-            f"the files do not agree: at rest the viscosity is {steady:.4g} Pa.s by the flow curve and {dynamic:.4g} "
-            "Pa.s by the moduli, which are one and the same in every liquid; temperature or concentration may differ"
+            f"the files do not agree: the viscosity at rest is {steady:.4g} Pa.s by the flow curve and {dynamic:.4g} "
+            "Pa.s by the moduli, which must be equal in any liquid; temperature or concentration may differ"
         )
     time, slowest = best.numbers.get("De"), float(min(x.min() for _, x, _ in data.curves))
     if time is not None and time.value * slowest > 1 and time.most > UNKNOWN * time.least:
         yield (
-            f"the relaxation time, {time.value:.3g} s, is hardly known, and longer than these data show, which begin "
-            f"at {slowest:.3g} 1/s; --relaxation holds a known one"
+            f"the relaxation time, {time.value:.3g} s, is poorly determined, and longer than these data can show, "
+            f"which begin at {slowest:.3g} 1/s; --relaxation fixes a known one"
         )
     alike = [fit.law for fit in as_good(best, others)] if described(best, data) and not viscous else []
     taken = f"{label} is taken, and {_and([law.label for law in alike])} {'fit' if alike[1:] else 'fits'} as well"
     choose = f"{taken}: --liquid {' or '.join(law.name for law in alike)} chooses one" if alike else ""
     if viscous:
-        more = "N1 or moduli tell, and a time that is known is held by --relaxation"
-        yield f"a viscosity alone does not tell whether the liquid is elastic: De = 0 is assumed; {more}"
+        more = "N1 or moduli would show it, and --relaxation gives a known relaxation time"
+        yield f"the viscosity alone does not show whether the liquid is elastic: De = 0 is assumed; {more}"
     elif data.kinds == {"viscosity"} and not best.numbers["De"].given:
-        yield "no elasticity was measured: relaxation time and N1 follow from the thinning by the law alone"
+        yield "no elasticity was measured: relaxation time and N1 are inferred from the thinning, by the law alone"
     elif not data.kinds & {"viscosity", "N1"}:
         more = f"; {choose}" if choose else ""
-        yield f"moduli do not tell how the viscosity falls with the rate, which a flow curve (--rheology) does{more}"
+        yield f"moduli do not show how the viscosity falls with the rate, but a flow curve (--rheology) does{more}"
     elif choose:
         yield choose
 
