@@ -50,5 +50,5 @@ def draw(
 
 def no_fields(kind: str, field: str | None, animate: bool) -> InputError:
     """The error if options ask for fields in a folder that cannot have any."""
-    allowed = f"must be left out: it goes with a run or a curve, not with a {kind}"
+    allowed = f"must be left out: it is for a run or a curve, not for a {kind}"
     return InputError(Argument("animate" if animate else "field"), "", field, allowed)

@@ -185,7 +185,7 @@ class Helper[T]:
         except CancelledError:
             return ""
         except Exception as error:  # of the executor
-            return f"the executor has not computed it ({type(error).__name__}: {error})"
+            return f"the executor did not compute it ({type(error).__name__}: {error})"
 
 
 class Workers:
@@ -349,7 +349,7 @@ class Shared[P, T]:
             for helper in ended:
                 self._helpers.remove(helper)
                 if failure := helper.failure:
-                    self.notes.append(f"a worker has ended early, what is left of its part is computed here: {failure}")
+                    self.notes.append(f"a worker ended early, so the rest of its part is computed here: {failure}")
             if self._helpers and not meanwhile():
                 time.sleep(POLL)
 

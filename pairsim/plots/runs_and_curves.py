@@ -96,7 +96,7 @@ def overlay(folders: Sequence[Path], out: Path, page: Page, group: str | None = 
     """
     kind, *others = dict.fromkeys(map(kind_of, folders))
     if others or kind not in ("run", "curve"):
-        allowed = "must be runs alone, or curves alone, to be laid over each other"
+        allowed = "must be all runs or all curves, to be drawn together"
         raise InputError("pairsim plot", "", ", ".join([kind, *others]), allowed)
     if len(set(folders)) < len(folders):
         raise InputError("pairsim plot", "", str(folders[0]), "must be named once")
@@ -116,7 +116,9 @@ def overlay(folders: Sequence[Path], out: Path, page: Page, group: str | None = 
     for folder, case, own in zip(folders, cases, units, strict=True):
         found = lines_of(folder, own, case, curve=kind == "curve")
         if not found:
-            raise InputError(str(folder), "", None, "has no line to draw: no rows yet, or no curve over one distance")
+            raise InputError(
+                str(folder), "", None, "has nothing to draw: no rows yet, or no curve over a single distance"
+            )
         lines += found
     parts = common_parts(whole, keys, units[0].scales is not None)
     return draw_overlay(lines, keys, parts, units[0], out, page, f"{kind}s", group)

@@ -44,11 +44,11 @@ def read_table(path: Path | str, declared: Columns = NOTHING_DECLARED, *, missin
         text = file.read_text(encoding="utf-8-sig")  # spreadsheets write a byte-order mark first, and TRUE for true
         names, *rows = csv.reader(text[: text.rfind("\n") + 1].splitlines()) if "\n" in text else [[]]
         if not names or not all(names):
-            raise ValueError("no names of columns")
+            raise ValueError("no column names")
         columns = zip(*rows, strict=True) if rows else ((),) * len(names)
         return Table({name: _typed(entries) for name, entries in zip(names, columns, strict=True)}, declared)
     except (OSError, ValueError, csv.Error) as error:
-        allowed = f"must be a table of pairsim: names, and values below them, separated by commas ({error})"
+        allowed = f"must be a table of pairsim: column names, with values below them, separated by commas ({error})"
         raise InputError(str(file), "", None, allowed) from error
 
 

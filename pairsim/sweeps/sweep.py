@@ -235,5 +235,5 @@ def _result(future: Future[CaseState], folder: str) -> CaseState:
     except CancelledError:
         return CaseState(folder)
     except Exception as error:  # from the executor: tasks themselves raise nothing
-        why = f"the executor has not computed it ({type(error).__name__}: {error})"
+        why = f"the executor did not compute it ({type(error).__name__}: {error})"
         return CaseState(folder, "failed", "not_computed", why)

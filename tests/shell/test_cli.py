@@ -107,10 +107,10 @@ def test_time_left_is_that_at_the_latest_pace(
     assert capsys.readouterr().err.splitlines() == [
         "beads: to t = 2",
         "no result yet, solving easier cases first: De = 0.5",
-        "    0%  at work on: De = 0.6",
+        "    0%  working on: De = 0.6",
         "   10%  t = 0.2  (1 min 30 s, 13 min 30 s left)",
         "   20%  t = 0.4  (1 min 40 s, 1 min 20 s left)",
-        "   20%  at work on: De = 1",
+        "   20%  working on: De = 1",
         "   40%  t = 0.8  (2 min 00 s, 1 min 00 s left)",
     ]
 

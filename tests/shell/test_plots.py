@@ -233,7 +233,7 @@ def test_files_are_fit_for_print(tmp_path: Path) -> None:
         ({"width": "wide"}, "50mm to 400mm"),
         ({"field": "speed"}, "one or more of velocity"),
         ({"field": "tr_c"}, "one of velocity, streamlines"),
-        ({"group": "De"}, "goes with a sweep or several folders"),
+        ({"group": "De"}, "is for a sweep or several folders"),
     ],
 )
 def test_wrong_options_say_what_is_allowed(tmp_path: Path, options: dict[str, str], allowed: str) -> None:

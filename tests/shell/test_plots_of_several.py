@@ -185,9 +185,9 @@ def test_folders_that_cannot_be_laid_over_each_other_are_refused(tmp_path: Path)
         make_run(tmp_path / "run", 2, [scene(0.1, PAIR), scene(0.5, PAIR)]),
         make_curve(tmp_path / "curve", 0.1),
     )
-    with pytest.raises(InputError, match="runs alone, or curves alone"):
+    with pytest.raises(InputError, match="must be all runs or all curves"):
         plot(run, curve, out=tmp_path / "out")
-    with pytest.raises(InputError, match="out: must name a folder"):
+    with pytest.raises(InputError, match="out: must be given with several folders"):
         plot(run, run)
     with pytest.raises(InputError, match="must be named once"):
         plot(run, run, out=tmp_path / "out")

@@ -78,8 +78,8 @@ def test_a_percentage_gives_its_number_and_is_an_input_with_its_half_width() -> 
     ("part", "keys", "wrong"),
     [
         ("10", {}, r"physical\.solvent_part: got '10'; must be a percentage between -100 % and 100 %"),
-        ("-10 %", {}, r"physical\.solvent_part: got '-10 %'; that is xi = -0\.05; allowed: number at least 0"),
-        ("10 %", {"xi": 0.1}, r"xi: got 0\.1; must be left out, or be 0\.05 as given by physical\.solvent_part"),
+        ("-10 %", {}, r"physical\.solvent_part: got '-10 %'; this is xi = -0\.05; allowed: number from 0"),
+        ("10 %", {"xi": 0.1}, r"xi: got 0\.1; must be left out, or be 0\.05, as given by physical\.solvent_part"),
     ],
 )
 def test_mistakes_in_a_percentage_name_it(part: str, keys: dict[str, Any], wrong: str) -> None:

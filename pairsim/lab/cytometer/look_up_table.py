@@ -73,8 +73,8 @@ class Head(TypedDict, total=False):
 
 HEAD = "area_um [um^2]\tdeform\temodulus [kPa]"
 UNCORRECTED = (
-    f"a square channel is taken for a tube {RATIO} times as wide, which in methyl cellulose reads moduli 3 to 14 % too "
-    "low; pairsim table --cytometry --channel square corrects them"
+    f"a square channel is treated as a tube {RATIO} times as wide, which in methyl cellulose makes moduli 3 to 14 % "
+    "too low; pairsim table --cytometry --channel square corrects them"
 )
 
 
