@@ -82,7 +82,7 @@ def test_a_difference_of_the_diameters_is_said_and_has_its_part_where_it_is_give
     assert parts["particle_difference"] == pytest.approx(-0.5 * 0.01 * 0.4)
     said = " ".join(answer_of_curve(curve_of(unequal, [], {**RECORD, "inputs": [given._asdict()]})))
     assert "-40 per % of particle_difference" in said
-    assert "equally large" not in said
+    assert "of equal size" not in said
 
 
 def test_where_the_inputs_leave_the_sign_open_is_said_but_around_zeros() -> None:

@@ -111,7 +111,7 @@ def test_answers_are_those_of_the_pair(file: Path) -> None:
         "The beads differ: the leading one has 0.95 times the diameter and 1.4 times the modulus of the trailing one"
     )
     assert words in said
-    assert "equally large" not in said
+    assert "of equal size" not in said
     assert answer.travel("20um", "40um").time > 0
 
 
