@@ -132,9 +132,9 @@ class TestAnswer:
         found = table(2, verdict=verdicts, d=d, tube=[np.nan, 200.0, 300.0, np.nan], frequency_1=0.1)
         lines = answer_of_focus(found, None)
         assert [line.partition(":")[0] for line in lines] == [
-            "The pair swings about the axis at d = 0.02, once in 113 D_c of tube",
+            "The pair oscillates about the axis at d = 0.02, once in 113 D_c of tube",
             "The pair does not stay on the axis at d = 0.04 to 0.06",
-            "The pair swings about the axis at d = 0.1, once in 113 D_c of tube",
+            "The pair oscillates about the axis at d = 0.1, once in 113 D_c of tube",
         ]
 
     def test_what_is_not_certain_and_what_is_exactly_zero_is_said(self) -> None:
@@ -148,7 +148,7 @@ class TestAnswer:
         known = {"verdict": ["focuses"], "tube": 500.0, "a_11": -0.1, "at_rest_11": -0.11}
         assert len(answer_of_focus(table(**known, a_error_11=0.02), None)) == 1
         _, line = answer_of_focus(table(**known, a_error_11=0.005), None)
-        assert line.endswith("a_11 = -0.1, and -0.11 without that.")
+        assert line.endswith("a_11 = -0.1, and -0.11 without this memory.")
 
 
 @pytest.mark.slow

@@ -73,7 +73,7 @@ def _line(table: Table, rows: list[int], scales: Units, along: Along) -> str:
             return f"{subject} does not stay on the axis{where}: {grows}."
         case Verdict.SWINGS:
             once = f"once in {_periods(table, ends, scales)} of tube"
-            return f"{subject} swings about the axis{where}, {once}: {of} neither decay nor grow."
+            return f"{subject} oscillates about the axis{where}, {once}: {of} neither decay nor grow."
         case Verdict.STAYS:
             said = "the flow around rigid particles in a liquid without memory is reversible, and inertia decides"
             return f"{subject} neither returns to the axis nor leaves it{where}: {said}."
@@ -156,7 +156,7 @@ def _memory(table: Table, scales: Units) -> list[str]:
         return []
     at_rest, units = AT_REST.name + name.removeprefix(A.name), _of(scales, row)
     rate, rest = (in_unit(units, RATE, float(table[each][row])) for each in (name, at_rest))
-    return [f"Stresses and shapes remember where particles were: {name} = {rate}, and {rest} without that."]
+    return [f"Stresses and shapes remember where particles were: {name} = {rate}, and {rest} without this memory."]
 
 
 def _error(name: str) -> str:

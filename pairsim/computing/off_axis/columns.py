@@ -25,7 +25,7 @@ GROWTH = Column(
 GROWTH_ERROR = Column(
     "growth_error",
     r"\epsilon",
-    "half-width of the interval of growth: error by mesh; empty where it is not known",
+    "half-width of the interval of growth: error due to the mesh; empty where it is not known",
     RATE,
     unknown=True,
 )
@@ -33,21 +33,21 @@ TUBE = Column(
     "tube",
     "L",
     "length of tube within which a small displacement falls to a tenth (leaves: grows tenfold), ln(10) U/|growth|; "
-    "empty where it neither surely decays nor surely grows",
+    "empty unless it certainly decays or certainly grows",
     POSITION,
     unknown=True,
 )
 TUBE_LEAST = Column(
     "tube_least",
     r"L_\mathrm{min}",
-    "least length of tube within the interval of growth, ln(10) U/(|growth| + growth_error)",
+    "smallest such length within the interval of growth, ln(10) U/(|growth| + growth_error)",
     POSITION,
     unknown=True,
 )
 TUBE_MOST = Column(
     "tube_most",
     r"L_\mathrm{max}",
-    "largest length of tube within the interval of growth, ln(10) U/(|growth| - growth_error)",
+    "largest such length within the interval of growth, ln(10) U/(|growth| - growth_error)",
     POSITION,
     unknown=True,
 )
@@ -59,16 +59,16 @@ RE_MOST = Column(
     unknown=True,
     half_width="Re_most_error",
 )
-RE_ERROR = Column("Re_most_error", r"\epsilon", "half-width of its interval: error by mesh", unknown=True)
+RE_ERROR = Column("Re_most_error", r"\epsilon", "half-width of its interval: error due to the mesh", unknown=True)
 RE = Column("Re", r"\mathrm{Re}", "Reynolds number of the experiment, with physical.density")
 A = Column("a", r"a{_}", "velocity away from the axis of {of}", RATE, ENTRY, half_width="a_error")
 A_ERROR = Column(
-    "a_error", r"\epsilon{_}", "half-width of the interval of a{_}: error by mesh", RATE, ENTRY, unknown=True
+    "a_error", r"\epsilon{_}", "half-width of the interval of a{_}: error due to the mesh", RATE, ENTRY, unknown=True
 )
 AT_REST = Column(
     "at_rest",
     r"a^0{_}",
-    "a{_} if stresses and shapes were those of displacements that do not change",
+    "a{_} with stresses and shapes steady, as at constant displacements",
     RATE,
     ENTRY,
     Shown.ON_REQUEST,

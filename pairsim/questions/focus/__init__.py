@@ -84,11 +84,11 @@ class Place:
 def _check_d(case: FocusCase) -> Iterator[Mistake]:
     """Yield the mistake of a distance that is missing, or is given although there is no gap or `along` has it."""
     if case.n > 1 and case.d is None and not case.spreads:
-        yield missing("d", "must be a number, the distance between facing surfaces, or along: {d: [...]} be given")
+        yield missing("d", "must be a number, the distance between facing surfaces, or along: {d: [...]} must be given")
     elif case.d is not None and case.n == 1:
         yield Mistake("d", case.d, "must be left out: there is only one particle")
     elif case.d is not None and case.spreads:
-        yield Mistake("d", case.d, "must be left out: along has its values")
+        yield Mistake("d", case.d, "must be left out: along gives its values")
 
 
 def _check_along(case: FocusCase) -> str:
@@ -150,21 +150,21 @@ class FocusCase(SceneCase):
         1, ge=1, le=MOST, description="number of particles on the axis; they are displaced one by one"
     )
     d: Annotated[PerGap[Distance] | None, Key(slug="d", check=_check_d)] = Field(
-        None, description="distance between the facing surfaces [D_c], unless along has it"
+        None, description="distance between the facing surfaces [D_c], unless along gives it"
     )
     along: Annotated[dict[str, ValuesOrQuantities] | None, Key(check=_check_along, first=True)] = Field(
         None,
-        description="what rates are followed over, with its values (a list or a range): Ca_e, De, beta, d or "
-        "physical.distance of all gaps, a number of a law such as liquid.alpha, or a quantity such as "
-        "physical.flow_rate, on which liquid and softness alone depend; default: the values of the case only",
+        description="the parameter over which rates are followed, with its values (a list or a range): Ca_e, De, beta, "
+        "d or physical.distance of all gaps, a parameter of a law such as liquid.alpha, or a quantity such as "
+        "physical.flow_rate, on which only the liquid and the softness depend; default: the values of the case only",
         examples=["{Ca_e: [0.01, 0.02]}"],
     )
 
     fields: Annotated[bool, Key(part=Part.REPORT)] = Field(
         False,
         strict=True,
-        description="whether fields on the axis, and what displacements of unit length add to them, are written to "
-        "fields.xdmf at each value",
+        description="whether the fields with all particles on the axis, and their disturbances by displacements of "
+        "unit length, are written to fields.xdmf at each value",
     )
 
     @property
@@ -243,7 +243,9 @@ class FocusCase(SceneCase):
 def check(case: FocusCase) -> Iterator[Mistake]:
     """Yield the mistakes in keys that all cases have."""
     if case.ends != "developed":
-        yield Mistake("ends", case.ends, "must be developed: what leaves one end must not enter at the other one")
+        yield Mistake(
+            "ends", case.ends, "must be developed: disturbances that leave one end must not re-enter at the other"
+        )
     if case.liquid_model.regularisation:
         yield Mistake("liquid", case.laws.liquid.name, YIELDS)
 

@@ -50,8 +50,13 @@ NEAREST = 0.1  # least mean distance between the surfaces of beads, over their d
 def _with_errors(column: Column) -> tuple[Column, Column, Column]:
     """A column, and two columns with the half-widths of its intervals: by the streams drawn, and by the model."""
     half = f"half-width of the interval of {column.name}: "
-    error = Column(f"{column.name}_error", r"\epsilon", f"{half}streams that were drawn", unknown=True)
-    model = Column(f"{column.name}_model", r"\epsilon_m", f"{half}model of the row, by the first stream", unknown=True)
+    error = Column(f"{column.name}_error", r"\epsilon", f"{half}finite number of streams", unknown=True)
+    model = Column(
+        f"{column.name}_model",
+        r"\epsilon_m",
+        f"{half}model of the row, from the first stream",
+        unknown=True,
+    )
     return replace(column, half_width=error.name), error, model
 
 
@@ -60,7 +65,7 @@ def _of_drops(name: str, symbol: str, words: str) -> Column:
 
 
 POSITION_OF_STREAM = Column(
-    "position", "z", "how far the beads have moved along the tube on average", POSITION, shown=Shown.ALWAYS
+    "position", "z", "mean distance that the beads have moved along the tube", POSITION, shown=Shown.ALWAYS
 )
 MEAN_D = Column("d_mean", r"\bar d", "mean distance between the facing surfaces of neighbours", LENGTH)
 SPREAD = Column(
@@ -88,7 +93,9 @@ STREAM = Columns(
 """The columns of stream.csv."""
 LEAST = Column("least", "d", "least distance of the bin", LENGTH)
 LARGEST = Column("largest", "d", "largest distance of the bin", LENGTH)
-PART = Column("part", "p", "part of the distances in the bin; the last bin of a length of tube has all larger ones")
+PART = Column(
+    "part", "p", "fraction of the distances in the bin; the last bin at each length of tube includes all larger ones"
+)
 DISTANCES = Columns(POSITION_OF_STREAM, LEAST, LARGEST, PART)
 """The columns of distances.csv."""
 KYMOGRAPH = Columns(POSITION_OF_STREAM, T, Z)
@@ -96,7 +103,7 @@ KYMOGRAPH = Columns(POSITION_OF_STREAM, T, Z)
 SENTENCES = Entry[list[str]]("sentences", "the answer in words")
 
 
-AS_LONG = "must be left out: the tube of short rows is as long as they need"
+AS_LONG = "must be left out: the program chooses the length of the tube of short rows"
 
 
 def _places(case: StreamCase) -> list[str]:
@@ -121,7 +128,9 @@ def _too_near(case: StreamCase, d: float) -> str:
 def _check_d(case: StreamCase) -> Iterator[Mistake]:
     """Yield the mistake of streams whose mean distance is not given, or is too small."""
     if not _places(case):
-        yield missing("d", "must be a number, the mean distance, or stream.concentration or stream.positions be given")
+        yield missing(
+            "d", "must be a number, the mean distance, or stream.concentration or stream.positions must be given"
+        )
     elif case.d is not None and (why := _too_near(case, case.d)):
         yield Mistake("d", case.d, why)
 
@@ -152,14 +161,14 @@ class StreamOptions(Keys):
     streams: values.Whole = Field(8, ge=2, le=1000, description="number of streams that are drawn")
     seed: values.Whole = Field(0, ge=0, description="seed of the random numbers")
     concentration: Annotated[Annotated[values.Number, Field(gt=0, le=0.3)] | None, Key(check=_check_concentration)] = (
-        Field(None, description="volume fraction of the beads in what flows, in place of d")
+        Field(None, description="volume fraction of the beads in the suspension, in place of d")
     )
     arrivals: Literal["random", "regular"] = Field(
         "random",
-        description="how beads arrive: independently of each other, but without overlap, or at even distances",
+        description="how beads arrive: independently of each other, but without overlap, or equally spaced",
     )
     jitter: Annotated[values.Number, Field(ge=0, le=0.5)] = Field(
-        0.1, description="of regular arrivals, standard deviation of the places of beads over their spacing"
+        0.1, description="for regular arrivals, standard deviation of the positions of beads, relative to their spacing"
     )
     positions: Annotated[tuple[values.Number, ...] | str | None, Key(check=_check_positions)] = Field(
         None,
@@ -175,7 +184,7 @@ class StreamOptions(Keys):
         3,
         ge=2,
         le=5,
-        description="beads of the longest short rows of which the model is made; with 5 it is that of pairsim train",
+        description="beads in the longest short rows to which the model is fitted; 5 gives the model of pairsim train",
     )
 
 
@@ -289,7 +298,7 @@ QUESTION = Question(
     draw=draw,
     captions={
         "stream": "Drops by their number of beads, beads in contact and spread of the distances along the tube",
-        "kymograph": "Where beads of a stream are beside their middle, on their way along the tube",
+        "kymograph": "Positions of beads of a stream relative to their middle, on their way along the tube",
     },
     in_sweeps=InSweeps(_in_sweeps),
     examples="Examples: pairsim stream configs/stream.yaml | pairsim stream case.yaml -o out --set stream.seed=1",

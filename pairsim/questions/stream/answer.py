@@ -45,8 +45,8 @@ def sentences(case: StreamCase, found: Found) -> list[str]:
     )
     model = 100 * float(np.nanmax(by_model))
     lines.append(
-        f"Half-widths are by {case.stream.streams} streams of {case.beads} beads and by what a model of rows of up to "
-        f"{case.stream.neighbours} beads leaves open, which alone would be {model:.1g} % at most."
+        f"Half-widths are due to the finite number of beads ({case.stream.streams} streams of {case.beads}) and to the "
+        f"model of rows of up to {case.stream.neighbours} beads, which alone would give {model:.1g} % at most."
     )
     return lines
 
