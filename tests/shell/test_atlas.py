@@ -14,7 +14,6 @@ from studies.atlas import STUDY
 from studies.atlas.cases import atlas_of
 from studies.atlas.judgement import judge
 from support.atlases import BOX, CASE, D, curves_at, make_atlas, random_places, values_at
-from support.commands import Pairsim
 from typer.testing import CliRunner
 
 import pairsim as api
@@ -23,14 +22,12 @@ from pairsim.atlas import atlas as shipped
 from pairsim.atlas import fit
 from pairsim.atlas.atlas import PARAMETERS, SHIPPED, Atlas, Curves
 from pairsim.atlas.kriging import Kriging, covariance
-from pairsim.cases.yaml_file import read_yaml
 from pairsim.lab.atlas_curve import curve_of_atlas
 from pairsim.questions.curve import CurveCase
 from pairsim.record.table import Table
-from pairsim.record.table_files import read_table
 from pairsim.runtime.errors import InputError
 from pairsim.sweeps.atlas_building import joined
-from pairsim.sweeps.atlas_curves import curve_folders, curves_in
+from pairsim.sweeps.atlas_curves import curves_in
 
 LOADED = """import sys
 from pathlib import Path
@@ -207,37 +204,6 @@ def test_an_atlas_is_read_with_numpy_alone(made: Atlas, tmp_path: Path) -> None:
     command = [sys.executable, "-c", LOADED, str(tmp_path / "a.npz")]
     output = subprocess.run(command, capture_output=True, text=True, check=True).stdout
     assert not {"dolfinx", "scipy", "pandas", "pydantic", "xarray"} & set(output.split())
-
-
-@pytest.mark.slow
-def test_curves_are_computed_and_made_into_an_atlas(pairsim: Pairsim, tmp_path: Path) -> None:
-    spec, base = tmp_path / "small.yaml", "{mesh: {Np: 8}, tol: 0.5}"
-    box = "beta: [0.3, 0.4]\nDe: [0, 0]\nCa_e: [0, 0.05]\nd: [0.1, 0.3]\n"
-    spec.write_text(f"{box}curves: 6\nbase: {base}\n")
-    done = pairsim("atlas", "small.yaml", "-o", "out")
-    assert done.returncode == 0, done.stderr
-    assert "5 of 5 cases finished; 5 curves; left out, half of them are off by up to " in done.stdout + done.stderr
-    atlas = Atlas.load(tmp_path / "out" / "atlas.npz")
-    assert atlas.provenance["case"]["mesh"]["Np"] == 8
-    assert atlas.curves.random.sum() == 3
-    for folder in curve_folders(tmp_path / "out" / "round-00"):
-        table, case = read_table(folder / "curve.csv"), read_yaml(folder / "case.yaml")
-        found = table_of(atlas, *(float(case[name]) for name in PARAMETERS))
-        at = [0, -1]  # the ends of d
-        assert (np.abs(found["dU"][at] - table["dU"][at]) <= found["dU_error"][at] + table["dU_error"][at]).all()
-    spec.write_text(f"{box}curves: 6\nbase: {base}\nstart: out/atlas.npz\nwithin: {{beta: [0.36, 0.4]}}\n")
-    done = pairsim("atlas", "small.yaml", "-o", "more")
-    assert "6 of 6 cases finished; 11 curves" in done.stdout + done.stderr
-    more = Atlas.load(tmp_path / "more" / "atlas.npz")
-    assert (more.curves.places[5:, 0] >= 0.36).all()
-    assert (more.box["beta"], more.curves.random.sum()) == ([0.3, 0.4], 3)
-    for changed, why in (
-        (f"{box}base: {{mesh: {{Np: 8}}, tol: 0.5, length: 20}}", "length is 20, but auto in the atlas"),
-        (f"{box.replace('0.05', '0.06')}base: {base}", "its box is different"),
-    ):
-        spec.write_text(f"{changed}\ncurves: 6\nstart: out/atlas.npz\n")
-        refused = pairsim("atlas", "small.yaml", "-o", "other")
-        assert f"must be an atlas of the same box and base: {why}" in refused.stderr
 
 
 def stored(kind: str, region: str | None = None, atlas: str = "equal-pairs") -> pd.DataFrame:

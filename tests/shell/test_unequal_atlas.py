@@ -16,11 +16,8 @@ import pairsim as api
 from pairsim.app.command_line import app
 from pairsim.atlas.atlas import Atlas
 from pairsim.atlas.unequal import UnequalAtlas, beads_of, gradients_of
-from pairsim.cases.yaml_file import read_yaml
 from pairsim.lab.atlas_curve import curve_of_atlas
-from pairsim.record.table_files import read_table
 from pairsim.runtime.errors import InputError
-from pairsim.sweeps.atlas_curves import curve_folders
 
 PAIR: dict[str, Any] = {"betas": [0.42, 0.4], "De": 0.4, "Ca_es": [0.06, 0.04]}
 BENCH = {"tube": "50um", "flow_rate": "1ul/min", "viscosity": "1Pa.s", "relaxation": "2ms", "liquid": "giesekus"}
@@ -199,36 +196,3 @@ def test_pairs_that_are_drawn_are_in_the_box_and_the_ratios(pairs: UnequalAtlas)
     assert (beads.betas >= BOX["beta"][0] - 1e-6).all()
     assert (beads.betas <= BOX["beta"][1] + 1e-6).all()
     assert unequal_curves_at(beads).dU.shape == (300, len(D))
-
-
-@pytest.mark.slow
-def test_unequal_curves_are_computed_and_added(pairsim: Pairsim, tmp_path: Path) -> None:
-    box = "beta: [0.3, 0.4]\nDe: [0, 0]\nCa_e: [0, 0.05]\nd: [0.1, 0.3]\nbase: {mesh: {Np: 8}, tol: 0.5}\n"
-    (tmp_path / "equal.yaml").write_text(f"{box}curves: 6\n")
-    assert pairsim("atlas", "equal.yaml", "-o", "equal").returncode == 0
-    ratios = "diameters: [0.9, 1.1]\nmoduli: [0.5, 2]\nstart: equal/atlas.npz\n"
-    (tmp_path / "unequal.yaml").write_text(f"{box}{ratios}curves: 6\nbeads: 4\n")
-    done = pairsim("atlas", "unequal.yaml", "-o", "unequal")
-    assert done.returncode == 0, done.stderr
-    assert "6 curves of unequal pairs; left out, half of them are off by up to " in done.stdout + done.stderr
-    equal, atlas = (Atlas.load(tmp_path / name / "atlas.npz") for name in ("equal", "unequal"))
-    assert atlas.curves.dU.tolist() == equal.curves.dU.tolist()
-    assert atlas.unequal is not None
-    assert atlas.unequal.beads.alone.sum() == 4
-    for folder in curve_folders(tmp_path / "unequal" / "round-00"):
-        table, case = read_table(folder / "curve.csv"), read_yaml(folder / "case.yaml")
-        found = curve_of_atlas(atlas, beta=case["beta"], De=0.0, Ca_e=case["Ca_e"]).table
-        at = [0, -1]  # the ends of d
-        assert (np.abs(found["dU"][at] - table["dU"][at]) <= found["dU_error"][at] + table["dU_error"][at]).all()
-    (tmp_path / "again.yaml").write_text(f"{box}start: unequal/atlas.npz\nrecompute: true\n")
-    done = pairsim("atlas", "again.yaml", "-o", "again")
-    assert "5 of 5 curves of equal pairs were computed again" in done.stdout + done.stderr
-    again = Atlas.load(tmp_path / "again" / "atlas.npz")
-    assert again.unequal is not None
-    assert {*map(tuple, again.curves.places)} == {*map(tuple, atlas.curves.places)}
-    assert again.curves.random.sum() == atlas.curves.random.sum()
-    assert again.unequal.curves.random.sum() == atlas.unequal.curves.random.sum()
-    for name in ("dU", "gradients"):
-        both = [np.sort(getattr(each, name), axis=0) for each in (again.unequal.curves, atlas.unequal.curves)]
-        assert both[0] == pytest.approx(both[1], rel=1e-6, abs=1e-9, nan_ok=True)
-    assert again.velocities([[0.35, 0, 0.03]])[0] == pytest.approx(atlas.velocities([[0.35, 0, 0.03]])[0], rel=0.01)
