@@ -8,11 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
-from studies.atlas import STUDY
-from studies.atlas.cases import atlas_of
-from studies.atlas.judgement import judge
 from support.atlases import BOX, CASE, D, curves_at, make_atlas, random_places, values_at
 from typer.testing import CliRunner
 
@@ -204,32 +200,6 @@ def test_an_atlas_is_read_with_numpy_alone(made: Atlas, tmp_path: Path) -> None:
     command = [sys.executable, "-c", LOADED, str(tmp_path / "a.npz")]
     output = subprocess.run(command, capture_output=True, text=True, check=True).stdout
     assert not {"dolfinx", "scipy", "pandas", "pydantic", "xarray"} & set(output.split())
-
-
-def stored(kind: str, region: str | None = None, atlas: str = "equal-pairs") -> pd.DataFrame:
-    """Stored results of the study of the atlases."""
-    found = pd.read_csv(STUDY.stored)
-    return found[(found["kind"] == kind) & (found["atlas"] == atlas) & (found["region"].fillna("") == (region or ""))]
-
-
-def test_intervals_of_the_atlas_that_ships_hold_curves_it_was_not_made_of() -> None:
-    points = judge(atlas_of("equal-pairs"), stored("curve"))
-    points = points[~points["zero"]]
-    assert len(points) == 480
-    assert (points["error"].abs() <= points["half_width"]).mean() >= 0.95
-    assert points["half_width"].median() < 2
-    assert points[points["certain"]]["right"].all()
-
-
-@pytest.mark.parametrize(
-    ("name", "region", "count"), [("newtonian", "box", 200), ("equal-pairs", "box", 200), ("equal-pairs", "corner", 50)]
-)
-def test_intervals_of_the_atlases_that_ship_hold_points_at_random_places(name: str, region: str, count: int) -> None:
-    """Also in the corner of beta above 0.42, De below 0.1 and Ca_e above 0.06, where one was off by eight of them."""
-    found = judge(atlas_of(name), stored("place", region, name))
-    assert len(found) == count
-    assert (found["error"].abs() <= found["half_width"]).mean() >= 0.95
-    assert found["half_width"].median() < 1.2
 
 
 def test_the_atlases_that_ship_agree_where_both_have_an_answer() -> None:

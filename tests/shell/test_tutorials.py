@@ -30,6 +30,8 @@ BLOCK = re.compile(
     re.DOTALL | re.MULTILINE,
 )
 NOTES = {None: 0, "ends with exit code 2": 2}
+LONG = {"own-law"}
+"""Pages that take most of a minute; the law of this one is also computed and checked in test_own_laws.py."""
 
 
 class Block(NamedTuple):
@@ -105,8 +107,13 @@ def shows(expected: str, output: str) -> bool:
     return all(any(alike(line, found) for found in lines) for line in expected.splitlines())
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("page", TUTORIALS, ids=lambda page: page.stem)
+@pytest.mark.parametrize(
+    "page",
+    [
+        pytest.param(page, marks=pytest.mark.long if page.stem in LONG else pytest.mark.slow, id=page.stem)
+        for page in TUTORIALS
+    ],
+)
 def test_tutorial(
     page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
