@@ -77,7 +77,7 @@ def test_errors_above_accuracy_are_said(question: str) -> None:
 @pytest.mark.slow
 def test_shapes_keep_their_accuracy() -> None:
     """Cells become smaller for D, the deformation and the pressure drop, not for dU alone."""
-    result = api.shape(BEAD, along=[0.05, 0.1], accuracy="0.1%").check()
+    result = api.shape(BEAD, along=[0.05, 0.1], accuracy="0.3%").check()
     record, table = result.record["adaptation"], result.table
     assert record["kept"]
     assert not result.warnings
@@ -85,7 +85,7 @@ def test_shapes_keep_their_accuracy() -> None:
     assert sum(mesh["rounds"] for mesh in record["meshes"]) >= 1
     for name, value, error in (("D", "D_1", "D_error"), ("dp_plus", "dp_plus", "dp_plus_error")):
         assert record["reached_by"][name] == pytest.approx((table[error] / table[value].abs().max()).max())
-        assert record["reached_by"][name] <= 0.001
+        assert record["reached_by"][name] <= 0.003
 
 
 def test_what_polygons_make_of_a_deformation_is_in_its_half_width() -> None:

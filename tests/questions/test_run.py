@@ -179,7 +179,8 @@ def test_the_answer_says_what_its_symbols_and_units_are(soft_run: Path, tmp_path
     assert "Without any memory of its start it would have dU = " in said
     assert "Here dU is the velocity of the leading particle minus that of the trailing one; D, the Taylor" in said
     assert "lengths are in tube diameters D_c, velocities in the mean velocity U_av, times in D_c/U_av." in said
-    beads = pairsim.run(OF_BEADS, d0=0.1, time={"end": 0.01}, output={"fields": False}, folder=tmp_path / "beads")
+    coarse = {"mesh": {"Np": 8, "max_size": 0.3}, "length": 3, "time": {"end": 0.001}, "output": {"fields": False}}
+    beads = pairsim.run(OF_BEADS, d0=0.1, **coarse, folder=tmp_path / "beads")
     assert "Here dU is the velocity" in beads.answer
     assert "tube diameters" not in beads.answer
 

@@ -109,11 +109,12 @@ def test_a_spread_of_beads_is_what_is_known_of_the_difference_of_two(atlas: Path
 @pytest.mark.slow
 def test_a_relaxation_time_is_found_beside_it(atlas: Path, tmp_path: Path) -> None:
     path = film(tmp_path / "film.csv", 0.5, 0.06, 4e-3)
-    found = api.fit(path, case(modulus="2.83 kPa", relaxation="2 ms"), unknown=["relaxation"], atlas=atlas)
+    equal = case(modulus="2.83 kPa", relaxation="2 ms", particle_difference="0 %")
+    found = api.fit(path, equal, unknown=["relaxation"], atlas=atlas)
     _, least, most, unit = found.values["relaxation"]
     assert unit == "ms"
     assert least < 1e3 * 0.5 * TIME < most
-    both = api.fit(path, case(modulus="2.83 kPa", relaxation="2 ms"), unknown=["modulus", "relaxation"], atlas=atlas)
+    both = api.fit(path, equal, unknown=["modulus", "relaxation"], atlas=atlas)
     assert both.values["relaxation"][2] - both.values["relaxation"][1] > most - least
 
 
@@ -124,8 +125,7 @@ def test_an_interval_holds_both_values_that_give_the_same_motion(tmp_path: Path)
     shipped = Atlas.load(next(path for path in SHIPPED if path.stem == "equal-pairs"))
     motion = curve_of_atlas(shipped, beta=0.4, De=De, Ca_e=0.0566).motion
     assert motion is not None
-    inside = 0
-    for seed in range(4):
+    for seed in range(2):
         d = motion.path(0.16, times) + 4e-3 * np.random.default_rng(seed).standard_normal(100)
         rows = "".join(f"{1e3 * TIME * a},{50 * b}\n" for a, b in zip(times, d, strict=True))
         (tmp_path / "film.csv").write_text(f"t [ms],d [um]\n{rows}")
@@ -135,8 +135,8 @@ def test_an_interval_holds_both_values_that_give_the_same_motion(tmp_path: Path)
             unknown=["relaxation"],
         )
         _, least, most, _ = found.values["relaxation"]
-        inside += 1.4 < least < 2.3 and 3.0 < most < 4.5
-    assert inside >= 3
+        assert 1.4 < least < 2.3
+        assert 3.0 < most < 4.5
 
 
 @pytest.mark.slow
@@ -205,10 +205,9 @@ def test_a_film_a_run_and_a_curve_are_in_one_picture(
 def test_the_answer_does_not_depend_on_a_first_guess(atlas: Path, tmp_path: Path) -> None:
     """Of a film whose first frames are off, as from rest: once they were left out as the guess had it."""
     path = film(tmp_path / "film.csv", 0.0, 0.06, 1e-3, start=8e-3)
-    found = [api.fit(path, case(modulus=guess), atlas=atlas) for guess in ("2.3 kPa", "280 kPa", "9 MPa")]
-    assert found[0].values["modulus"] == found[1].values["modulus"]
-    assert found[2].values["modulus"].unit == "MPa"
-    assert 1e3 * found[2].values["modulus"].value == pytest.approx(found[0].values["modulus"].value, rel=1e-6)
+    found = [api.fit(path, case(modulus=guess), atlas=atlas) for guess in ("2.3 kPa", "9 MPa")]
+    assert found[1].values["modulus"].unit == "MPa"
+    assert 1e3 * found[1].values["modulus"].value == pytest.approx(found[0].values["modulus"].value, rel=1e-6)
     without = api.fit(path, case(), atlas=atlas).values["modulus"]
     assert without == found[0].values["modulus"]
     assert holds(found[0], MODULUS)
@@ -254,14 +253,21 @@ def test_beads_that_are_not_quite_equal(difference: float, atlas: Path, tmp_path
     assert not least < MODULUS < most
     assert "If the diameters are equal" in str(unknown)
     known = api.fit(path, case(particle_difference=f"{100 * difference} %"), atlas=atlas)
-    listed = api.fit(path, case(particle=[f"{20 * (1 + s * difference / 2)} um" for s in (-1, 1)]), atlas=atlas)
     assert holds(known, MODULUS)
-    assert known.values["modulus"].value == pytest.approx(listed.values["modulus"].value, rel=1e-4)
     assert width(known) < 0.8 * width(unknown)
+
+
+@pytest.mark.slow
+def test_a_difference_is_known_by_two_diameters_or_by_films_in_both_orders(atlas: Path, tmp_path: Path) -> None:
+    difference = -2e-3
+    path = film(tmp_path / "a.csv", 0.0, 0.06, 1e-3, difference=difference, begin=0.1, stop=0.4)
+    known = api.fit(path, case(particle_difference=f"{100 * difference} %"), atlas=atlas)
+    listed = api.fit(path, case(particle=[f"{20 * (1 + s * difference / 2)} um" for s in (-1, 1)]), atlas=atlas)
+    assert known.values["modulus"].value == pytest.approx(listed.values["modulus"].value, rel=1e-4)
     other = film(tmp_path / "b.csv", 0.0, 0.06, 1e-3, difference=-difference, begin=0.1, stop=0.3)
     both = api.fit(path, case(), exchanged=other, atlas=atlas)
     assert holds(both, MODULUS)
-    assert width(both) < 0.8 * width(unknown)
+    assert width(both) < 0.8 * width(api.fit(path, case(), atlas=atlas))
 
 
 @pytest.mark.slow

@@ -148,7 +148,7 @@ def test_shapes_are_those_of_one_process_in_the_same_order() -> None:
 
 @pytest.mark.slow
 def test_critical_distances_are_those_of_one_process() -> None:
-    case = PAIR | {"De": 0.5, "d": [0.1, 0.5], "along": {"Ca_e": [0.05, 0.1]}}
+    case = PAIR | {"De": 0.5, "d": [0.2, 0.3], "along": {"Ca_e": [0.08, 0.1]}, "mesh": {"Np": 8, "max_size": 0.3}}
     one, two = (pairsim.critical(case, workers=number).check().table for number in (1, 2))
     assert list(two) == list(one)
     one, two = (table[table["kind"] == "wanted"].reset_index() for table in (one, two))  # others follow the zeros
@@ -242,7 +242,7 @@ def test_a_signal_ends_all_processes_in_order(number: int, tmp_path: Path) -> No
 def test_a_budget_is_that_of_all_processes(tmp_path: Path) -> None:
     many = PAIR | {"d": {"start": 0.05, "stop": 0.5, "num": 2000}, "tol": 1}
     begin = time.monotonic()
-    found = pairsim.curve(many, folder=tmp_path / "out", workers=2, budget="8s")
+    found = pairsim.curve(many, folder=tmp_path / "out", workers=2, budget="4s")
     assert (found.status, found.reason) == ("failed", "budget")
     assert time.monotonic() - begin < PATIENCE
     assert len(found.table) < 2000

@@ -23,10 +23,10 @@ discretisations: [{mesh.Np: 8}, {mesh.Np: 10}]
 LINES = (
     *("--version", "init beads", "schema run --json", "doctor"),
     f"run beads.yaml -o run --set time.end=0.02 {COARSE} --set output.times=[0.01]",
-    *("status run", "table run -o run.csv", "plot run --format png,pdf", "plot run --animate", "report run"),
+    *("status run", "table run -o run.csv", "plot run", "plot run --animate", "report run"),
     "init near --kind curve",
     f"curve near.yaml -o curve --set d=[0.1,0.2] --set tol=1 {COARSE}",
-    *("travel curve --from 0.2 --to 0.1", "plot curve -o both", "mesh beads.yaml -o pair.vtu"),
+    *("travel curve --from 0.2 --to 0.1", "plot curve -o both --format png,pdf", "mesh beads.yaml -o pair.vtu"),
     *("init one --kind shape", f"shape one.yaml -o shape --set along=null {COARSE}"),
     *("init drop --kind pressure", f"pressure drop.yaml -o pressure --set along=null {COARSE}"),
     "study study.yaml -o study",
