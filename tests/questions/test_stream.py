@@ -19,7 +19,7 @@ from pairsim.runtime.errors import InputError
 
 RIGID = {"beta": 0.3, "De": 0, "Ca_e": 0, "d": 1.0, "mesh": {"Np": 8, "max_size": 0.3}}
 FEW = {"beads": 100, "streams": 4, "tube": 50, "neighbours": 2, "drop": 0.7}
-SHORT = {"beads": 40, "streams": 1, "tube": 5}
+SHORT = {"beads": 40, "streams": 2, "tube": 5}
 """Streams of which only the rows are of interest."""
 
 

@@ -215,8 +215,9 @@ def test_the_atlases_that_ship_agree_where_both_have_an_answer() -> None:
     [
         ("newtonian", 0.27, 0.0, 0.062, "newtonian", 0.05),
         ("newtonian", 0.46, 0.0, 0.031, "newtonian", 0.05),
-        ("equal-pairs", 0.36, 0.85, 0.04, "giesekus", 0.05),
-        pytest.param("equal-pairs", 0.44, 0.3, 0.07, "giesekus", 0.05, marks=pytest.mark.long),  # twelve seconds
+        # Twelve seconds each; stored points at random places, which test_studies.py judges, are of this liquid, too.
+        pytest.param("equal-pairs", 0.36, 0.85, 0.04, "giesekus", 0.05, marks=pytest.mark.long),
+        pytest.param("equal-pairs", 0.44, 0.3, 0.07, "giesekus", 0.05, marks=pytest.mark.long),
     ],
 )
 def test_the_atlases_that_ship_hold_fresh_points(
