@@ -51,7 +51,7 @@ def equal(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Atlas, str]:
 @pytest.mark.slow
 def test_curves_are_computed_and_made_into_an_atlas(equal: tuple[Path, Atlas, str]) -> None:
     folder, atlas, said = equal
-    assert "5 of 5 cases finished; 5 curves, half of them off by up to " in said
+    assert "5 of 5 cases finished; 5 curves; left out, half of them are off by up to " in said
     assert atlas.provenance["case"]["mesh"]["Np"] == 8
     assert atlas.curves.random.sum() == 3
     assert_computed(atlas, folder / "equal")
@@ -67,8 +67,8 @@ def test_curves_are_added_in_a_part_of_the_box(equal: tuple[Path, Atlas, str], m
     assert (more.curves.places[5:, 0] >= 0.36).all()
     assert (more.box["beta"], more.curves.random.sum()) == ([0.3, 0.4], 3)
     for changed, why in (
-        (BOX + BASE.replace("tol: 0.5", "tol: 0.5, length: 20"), "length is 20, in the atlas auto"),
-        (BOX.replace("0.05", "0.06") + BASE, "its box is another one"),
+        (BOX + BASE.replace("tol: 0.5", "tol: 0.5, length: 20"), "length is 20, but auto in the atlas"),
+        (BOX.replace("0.05", "0.06") + BASE, "its box is different"),
     ):
         with pytest.raises(InputError, match=f"must be an atlas of the same box and base: {why}"):
             build(folder, "other", f"{changed}{start}curves: 6\n")
@@ -80,13 +80,13 @@ def test_unequal_curves_are_computed_and_added(equal: tuple[Path, Atlas, str], m
     folder, before, _ = equal
     ratios = f"diameters: [0.9, 1.1]\nmoduli: [0.5, 2]\nstart: {folder / 'equal' / 'atlas.npz'}\n"
     atlas, said = build(folder, "unequal", f"{BOX}{BASE}{ratios}curves: 4\nbeads: 4\n")
-    assert "4 curves of unequal pairs, half of them off by up to " in said
+    assert "4 curves of unequal pairs; left out, half of them are off by up to " in said
     assert atlas.curves.dU.tolist() == before.curves.dU.tolist()
     assert atlas.unequal is not None
     assert atlas.unequal.beads.alone.sum() == 4
     assert_computed(atlas, folder / "unequal")
     again, said = build(folder, "again", f"{BOX}{BASE}start: {folder / 'unequal' / 'atlas.npz'}\nrecompute: true\n")
-    assert "5 of 5 curves of equal pairs are new" in said
+    assert "5 of 5 curves of equal pairs were computed again" in said
     assert again.unequal is not None
     assert {*map(tuple, again.curves.places)} == {*map(tuple, atlas.curves.places)}
     assert again.curves.random.sum() == atlas.curves.random.sum()
