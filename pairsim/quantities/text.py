@@ -23,7 +23,7 @@ def with_error(value: float, error: float | None, sign: str = "", digits: int = 
     scale = 1.0 if -2 <= exponent < 6 else 10.0**exponent
     digits = _decimals(error / scale)
     value, error = round(value / scale, digits), round(error / scale, digits)
-    text = f"{value:{sign}z.{max(digits, 0)}f} +- {error:.{max(digits, 0)}f}"
+    text = f"{value:{sign if value else ''}z.{max(digits, 0)}f} +- {error:.{max(digits, 0)}f}"
     return text if scale == 1.0 else f"({text})e{exponent}"
 
 

@@ -98,7 +98,7 @@ CURVES = [
     (
         (logarithmic(0.2, 1e-12, 1e-5), []),
         "The pair keeps its distance: dU vanishes at every d.",
-        "Largest |dU|: (-0.0 +- 1.0)e-5 at d = 0.1" + ELSEWHERE,
+        "Largest |dU|: (0.0 +- 1.0)e-5 at d = 0.1" + ELSEWHERE,
     ),
     (
         (logarithmic(0.2, 1e-12, 1e-12) | {"slope": np.array([-2e-8, 8e-9, 8e-9])}, []),  # as of rigid equal spheres
@@ -315,7 +315,7 @@ UNDECIDED = "may separate or come closer (not decided: the interval of dU contai
         (
             -5e-6,  # contradicts the curve within the errors of both
             (2e-5, 1.5e-5),
-            UNDECIDED + ": {}, dU = (-0 +- 2)e-5 at the end. " + WITHOUT_START.format("(+2 +- 2)e-5") + ".",
+            UNDECIDED + ": {}, dU = (0 +- 2)e-5 at the end. " + WITHOUT_START.format("(+2 +- 2)e-5") + ".",
         ),
         (1e-12, (2e-12, 1e-14), "keeps its distance: {}, dU = +1e-12 at the end."),
     ],

@@ -38,7 +38,9 @@ def test_a_curve_from_rest_has_dU_of_held_runs_after_a_time_twice_and_four_times
     for name, t in {"dU_quarter": 0.02, "dU_half": 0.04, "dU": 0.08}.items():
         assert row[name] == pytest.approx(np.interp(t, series["t"], series["dU"]), rel=1e-9)
     assert row["dU_error"] == pytest.approx(series["dU_error"].iloc[-1], rel=1e-9)
-    assert "t = 0.08; since t = 0.04 it has changed by up to" in " ".join(curve.findings())
+    assert "is taken at t = 0.08 after a start from rest, with the distances held; since t = 0.04 it has" in " ".join(
+        curve.findings()
+    )
     low, high = sorted(curve.table["dU"])
     assert low < curve.curve(0.15)[0] < high
     pairsim.plot(tmp_path / "curve", out=tmp_path)
