@@ -24,8 +24,8 @@ def _defaults(name: str) -> str:
     ]
     kinds = (
         "Newtonian liquids, other liquids without a memory, viscoelastic ones that thin, and viscoelastic ones that "
+        "harden in extension"
     )
-    kinds += "harden in extension"
     return f"default: by accuracy; at {DEFAULT}, for {kinds}: {values[0]} in runs, else {values[1]}"
 
 

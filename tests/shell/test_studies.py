@@ -322,7 +322,14 @@ def test_intervals_of_the_atlases_that_ship_hold_points_they_were_not_made_of(
     assert len(points) == count
     assert (points["error"].abs() <= points["half_width"]).mean() >= 0.95
     assert points["half_width"].median() < half_width
-    assert points[points["certain"]]["right"].all() or "curves" not in sample
+
+
+@pytest.mark.slow
+def test_the_atlas_that_ships_is_right_in_the_signs_of_curves_of_which_it_is_certain() -> None:
+    points = of_atlases.samples(made("atlas")[0])["Giesekus: dU of curves at twelve distances"]
+    certain = points[points["certain"]]
+    assert len(certain) > 400
+    assert certain["right"].all()
 
 
 def test_how_many_half_widths_hold_is_told_of_the_studies_that_state_it(squares: Squares) -> None:

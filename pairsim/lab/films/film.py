@@ -185,8 +185,8 @@ def _distances(table: FilmTable, particles: str | Sequence[object] | None) -> Di
         if (several := names.groupby(table.clock.numbers[known]).transform("nunique") > 1).any():
             allowed = (
                 f"must be that of pairs, but particles {named(names[several].unique())} have one each at one time, as "
+                "diameters do"
             )
-            allowed += "diameters do"
             raise table.error(column.heading, None, allowed, int(names[several].index[0]))
     gaps = column.numbers[~known].index
     left_out = [f"left out: {counted(len(gaps), 'row')} without a number, of {len(known)}: line {named(gaps)}"]
