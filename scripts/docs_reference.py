@@ -37,7 +37,7 @@ from pairsim.record.column import Column, Columns
 from pairsim.record.columns import COST
 from pairsim.record.folder import write_text
 from pairsim.runtime import errors
-from pairsim.runtime.errors import RunFailure
+from pairsim.runtime.errors import BranchEnd, kinds_of_failures
 from pairsim.sweeps import study_table
 from pairsim.sweeps.files import FILES
 
@@ -118,8 +118,12 @@ def _examples(found: re.Match[str]) -> str:
 
 def failures() -> str:
     """Table with the reasons of failures."""
-    kinds = [(kind.reason, (kind.__doc__ or "").strip().splitlines()[0]) for kind in RunFailure.__subclasses__()]
-    return table(("reason", "meaning"), [(code(reason), escaped(meaning)) for reason, meaning in kinds])
+    rows = [
+        (code(kind.reason), escaped((kind.__doc__ or "").strip().splitlines()[0]), kind.remedy)
+        for kind in kinds_of_failures()
+        if kind is not BranchEnd  # which is an answer
+    ]
+    return table(("reason", "meaning", "what helps"), rows)
 
 
 def public_names() -> list[str]:
@@ -196,6 +200,7 @@ def environment() -> Environment:
         "with_example": [*filter(has_example, QUESTIONS)],
         "keys": keys,
         "shared_keys": [row for row in keys["run"] if all(row in keys[command] for command in QUESTIONS)],
+        "remedy_beyond_a_branch": BranchEnd.remedy,
         "shared": shared,
         "study": study_table,
         "numbered": numbered,

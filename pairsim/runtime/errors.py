@@ -107,10 +107,13 @@ class RunFailure(PairsimError):
         advice: What to try, as a phrase that follows "try".
 
     Attributes:
+        reason: A word for what went wrong, as written into run.json.
+        remedy: What usually helps, for the documentation; `advice` is for the case at hand.
         sentence: The reason, followed by all of this.
     """
 
     reason = "failed"
+    remedy = ""
     exit_code = 3
 
     def __init__(self, message: Text, *, at: Text = "", advice: str = "") -> None:
@@ -127,48 +130,59 @@ class MeshFailure(RunFailure):
     """No valid mesh of the geometry could be generated."""
 
     reason = "mesh_failed"
+    remedy = (
+        "A larger `mesh.Np`; a run that begins with particles farther apart. Very soft particles may "
+        "have no steady shape: `pairsim curve` says where these end."
+    )
 
 
 class NewtonFailure(RunFailure):
     """Newton's method did not converge, even with the smallest step allowed."""
 
     reason = "newton_diverged"
+    remedy = "A larger `mesh.Np`, a smaller `time.first_step`, or automatic steps where `time.fixed_step` is given."
 
 
 class InvertedCell(RunFailure):
     """A cell of the moving mesh was inverted, even after remeshing."""
 
     reason = "inverted_cell"
+    remedy = "A larger `mesh.Np`. Very soft particles may have no steady shape: `pairsim curve` says where these end."
 
 
 class StepTooSmall(RunFailure):
     """The error control requires a time step below the smallest one allowed."""
 
     reason = "step_too_small"
+    remedy = "A larger `time.tol`; at a large De, a larger `mesh.Np`."
 
 
 class WallTime(RunFailure):
     """The wall-time limit of the case was reached."""
 
     reason = "wall_time"
+    remedy = "`--resume` with a larger `limits.wall_time`."
 
 
 class BudgetSpent(RunFailure):
     """The time budget is spent, or a command without a budget has found nothing for minutes."""
 
     reason = "budget"
+    remedy = "A larger `--budget`; a run goes on with `--resume`."
 
 
 class TooManySteps(RunFailure):
     """The step limit of the case was reached."""
 
     reason = "max_steps"
+    remedy = "`--resume` with a larger `limits.max_steps`."
 
 
 class WriteFailure(RunFailure):
     """Results could not be written."""
 
     reason = "write_failed"
+    remedy = "Make room on the disk; a run goes on with `--resume`."
 
 
 class EnvironmentFailure(RunFailure):
@@ -178,6 +192,7 @@ class EnvironmentFailure(RunFailure):
     """
 
     reason = "environment"
+    remedy = "`pairsim doctor` says what is missing."
     exit_code = 4
 
 
@@ -185,20 +200,30 @@ class NoSteadyState(RunFailure):
     """No quasi-steady solution was found; whether there is one is not known."""
 
     reason = "not_resolved"
+    remedy = "`pairsim run` from this distance, which shows whether a steady state is approached; another `mesh.Np`."
 
 
 class BranchEnd(NoSteadyState):
     """The branch of steady states ends before it reaches the parameters asked for, whatever the mesh."""
 
     reason = "no_steady_state"
+    remedy = (
+        "Parameters before the end that `end_of_branch` in run.json names; beyond it, `pairsim run` "
+        "shows what becomes of the particles."
+    )
     exit_code = 5
+
+
+def kinds_of_failures() -> list[type[RunFailure]]:
+    """The classes of failures, one for each reason."""
+    return [*RunFailure.__subclasses__(), BranchEnd]
 
 
 def failure_of(reason: str, message: str) -> RunFailure:
     """The exception for a failure recorded in run.json, whose message has time, step and advice.
 
-    It is of the direct subclass of `RunFailure` with this `reason`, or a `RunFailure` if there is none.
+    It is of the class with this `reason`, or a `RunFailure` if there is none.
     """
-    failure = next((kind for kind in RunFailure.__subclasses__() if kind.reason == reason), RunFailure)(message)
+    failure = next((kind for kind in kinds_of_failures() if kind.reason == reason), RunFailure)(message)
     failure.sentence = message  # which contains reason, time and step
     return failure

@@ -35,7 +35,7 @@ def sweep(
     folder: OutputOfMany = None,
     workers: Workers = 1,
     case_timeout: CaseTimeout = None,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Only list the cases, with estimated unknowns.")] = False,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Only list the cases, with unknowns and times.")] = False,
     quiet: Quiet = False,
     set_: Settings = None,
 ) -> None:
