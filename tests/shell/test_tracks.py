@@ -247,6 +247,12 @@ def test_distances_are_those_in_the_plane(tmp_path: Path) -> None:
     np.testing.assert_allclose(1e6 * read(tmp_path, along_x).metres, [26, 27])
 
 
+def test_a_distance_beside_positions_of_both_particles_is_refused(tmp_path: Path) -> None:
+    """It may be a diameter, or a distance between centres."""
+    said = refused(tmp_path, "t [s],x1 [um],x2 [um],d [um]\n0,0,30,20\n0.1,0,32,20\n")
+    assert "must not have positions of each particle and distances" in said
+
+
 def test_a_particle_that_is_twice_in_a_frame(tmp_path: Path) -> None:
     table = positions()
     again = pd.concat([table, table.iloc[[10]]])
