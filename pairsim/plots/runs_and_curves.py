@@ -189,7 +189,8 @@ def _differences(
     for line in lines:
         for other in lines:
             same = all(other.parameters.get(name) == line.parameters.get(name) for name in keys if name != key)
-            if other is line or not same or other.parameters.get(key) != reference:
+            differ = line.parameters.get(key) != reference == other.parameters.get(key)
+            if not same or not differ or line.columns != other.columns:
                 continue
             x = line.x[(line.x >= other.x[0]) & (line.x <= other.x[-1])]
             apart = np.interp(x, line.x, line.y) - np.interp(x, other.x, other.y)

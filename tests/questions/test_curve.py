@@ -65,6 +65,19 @@ def test_force_on_a_moved_sphere_is_written_answered_and_swept(tmp_path: Path, p
     assert "F_1" in QUESTIONS["curve"].in_sweeps.columns(read_case(QUESTIONS["curve"], tmp_path / "case.yaml"))
 
 
+def test_forces_on_a_moved_pair_are_swept(tmp_path: Path, pairsim: Pairsim) -> None:
+    """Their velocities are given: a row of the results has no zeros and no peak of dU."""
+    base = "beta: 0.5, De: 0, Ca_e: 0, ends: developed, length: 4, mesh: {Np: 8}, velocity: 1, flow: 0, d: [0.3, 0.5]"
+    (tmp_path / "grid.yaml").write_text(f"command: curve\nbase: {{{base}}}\ngrid: {{velocity: [1, 2]}}\n")
+    done = pairsim("sweep", "grid.yaml", "-o", "out")
+    assert done.returncode == 0, done.stderr
+    results = read_table(tmp_path / "out" / "results.csv")
+    assert "dU_peak" not in results
+    assert results["F_L"][1] == pytest.approx(2 * results["F_L"][0])
+    curve = read_table(next(tmp_path.glob("out/*velocity1*/curve.csv")))
+    assert results["F_L"][0] == curve["F_L"][0] != curve["F_L"][-1]
+
+
 @pytest.mark.slow
 def test_a_curve_whose_first_place_is_walked_to_has_the_stresses_of_that_place(
     monkeypatch: pytest.MonkeyPatch,

@@ -21,7 +21,7 @@ from pairsim.plots.parameters import Parameters, ShownCase, measured
 from pairsim.plots.runs_and_curves import _differences
 from pairsim.plots.units import Units
 from pairsim.record.column import names_of
-from pairsim.record.columns import DISTANCE, DP, DU, DU_ERROR, TAYLOR, T, U
+from pairsim.record.columns import DISTANCE, DP, DU, DU_ERROR, TAYLOR, F, T, U
 from pairsim.record.table_files import table_text
 from pairsim.runtime.errors import InputError
 
@@ -140,6 +140,17 @@ def test_lines_that_lie_on_each_other_may_differ_in_numbers_that_follow() -> Non
     found = _differences(lines, Encoding.of(parameters, keys), Units(), keys)
     assert found is not None
     assert found[1][0].y == pytest.approx(0.01)
+
+
+def test_particles_of_one_case_are_not_compared_with_each_other() -> None:
+    x = np.linspace(1, 2, 9)
+    parameters = [Parameters({"beta": beta}) for beta in (0.3, 0.3, 0.4)]
+    columns = [(DISTANCE.with_suffix(""), F.with_suffix(suffix)) for suffix in ("_L", "_T", "_L")]
+    lines = [
+        Line(0, x, x + y, columns=named, parameters=each)
+        for y, named, each in zip((0, 0.01, 5), columns, parameters, strict=True)
+    ]
+    assert _differences(lines, Encoding.of(parameters, ["beta"]), Units(), ["beta"]) is None
 
 
 def test_last_values_of_a_sweep_have_their_errors(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -23,21 +23,20 @@ if TYPE_CHECKING:
     from pairsim.questions.curve import CurveCase
     from pairsim.record.record import Record
 
-FORCE = names_of(1, *FORCES)  # columns of the only point of a single particle that is moved
-
 
 def result_columns(case: CurveCase) -> tuple[str, ...]:
     """The columns of results.csv: points, zeros, and for each gap the largest |dU| with its distance and errors.
 
-    A single moved particle has its force instead. For a pair whose inputs have half-widths, the half-width of the
-    largest |dU| due to these follows; for particles that differ, the standard deviation of dU there and the fraction of
-    pairs that separate.
+    Moved particles have their forces instead, at the first distance. For a pair whose inputs have half-widths, the
+    half-width of the largest |dU| due to these follows; for particles that differ, the standard deviation of dU there
+    and the fraction of pairs that separate.
     """
     from pairsim.cases.inputs import inputs_of  # loads numpy
 
+    if case.velocity is not None:
+        return ("points", *names_of(case.n, *FORCES))
     names = ["d_peak{}", "d_peak_error{}", "dU_peak{}", "dU_error{}"]
-    others = FORCE if case.n == 1 and case.velocity is not None else []
-    others = ["zeros", "zeros_error", "stable"] if case.n == 2 else others
+    others = ["zeros", "zeros_error", "stable"] if case.n == 2 else []
     uncertain = case.n == 2 and any(each.half_width for each in inputs_of(case))
     of_gaps = (name.format(gap) for gap in DU.suffixes(case.n) for name in names)
     spread = [DU_SPREAD.name, SEPARATE.name] if case.spread else []
@@ -54,7 +53,9 @@ def row_in_sweeps(tables: Tables, record: Record) -> dict[str, Value]:
     values: dict[str, Value] = {"points": curve.table.rows}
     if not values["points"]:
         return values
-    values |= {name: float(curve.table[name][0]) for name in FORCE if name in curve.table}
+    forces = [each.name + suffix for each in FORCES for suffix in curve.table.suffixes(each)]
+    if forces:
+        return values | {name: float(curve.table[name][0]) for name in forces}
     for gap in curve.gaps:
         peak = curve.peak_of(gap)
         found = {"d_peak": peak.d, "d_peak_error": peak.d_error, "dU_peak": peak.dU, "dU_error": peak.error}
