@@ -96,7 +96,7 @@ class FirstOrderFocusing:
     Attributes:
         rate: Rate per displacement without inertia, negative towards the axis [U_av/D_c].
         tube: Length of tube within which a small displacement falls to a tenth [D_c].
-        Re_most: Reynolds number rho U_av D_c/eta_0 from which inertia drives it off the axis.
+        Re_c: Reynolds number rho U_av D_c/eta_0 from which inertia drives it off the axis.
         share: The share of the range of first order that is used: above 1 its error exceeds `OFF`.
         Ca_e_most: Ca_e up to which first order holds at the De given.
         De_most: De up to which it holds at the Ca_e given.
@@ -104,7 +104,7 @@ class FirstOrderFocusing:
 
     rate: float
     tube: float
-    Re_most: float
+    Re_c: float
     share: float
     Ca_e_most: float
     De_most: float

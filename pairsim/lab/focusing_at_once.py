@@ -41,7 +41,7 @@ def first_order_focusing(case: SceneCase, Re: float | None) -> Iterator[str]:
         return
     factor = POSITION.factor(case.scales)
     tube = with_name(case.scales, POSITION, float(f"{factor * max(one.tube for one in found):.2g}") / factor)
-    most = min(one.Re_most for one in found)
+    most = min(one.Re_c for one in found)
     inertia = f"as long as the Reynolds number is below about {most:.2g}"
     if Re is not None and Re >= most:
         inertia = f"without inertia, which drives it off the axis above a Reynolds number of about {most:.2g}"

@@ -59,7 +59,7 @@ class TestFirstOrder:
         assert both.rate == pytest.approx(soft.rate + elastic.rate)
         assert both.share == pytest.approx(soft.share + elastic.share)
         assert both.tube < min(soft.tube, elastic.tube)
-        assert both.Re_most == pytest.approx(soft.Re_most + elastic.Re_most)
+        assert both.Re_c == pytest.approx(soft.Re_c + elastic.Re_c)
 
     def test_the_largest_De_is_that_at_which_it_ends(self) -> None:
         found = FirstOrderFocusing.of(0.4, None, single(Giesekus(alpha=0.2), 0.01))
@@ -96,5 +96,5 @@ class TestBesideFocus:
         assert found.holds
         assert found.rate == pytest.approx(computed["growth"][0], rel=OFF)
         assert found.tube == pytest.approx(computed["tube"][0], rel=OFF)
-        assert found.Re_most == pytest.approx(computed["Re_most"][0], rel=OFF)
+        assert found.Re_c == pytest.approx(computed["Re_c"][0], rel=OFF)
         assert abs(found.rate / computed["growth"][0] - 1) < OFF * np.sqrt(found.share) + 0.01

@@ -61,8 +61,8 @@ class TestVerdict:
             ([0.1], 0.01, Verdict.LEAVES),
             ([-0.1], 0.2, Verdict.UNDECIDED),
             ([-0.1], np.inf, Verdict.UNDECIDED),
-            ([1e-13], 0.0, Verdict.STAYS),
-            ([0.1j, -0.1j], 0.01, Verdict.SWINGS),
+            ([1e-13], 0.0, Verdict.NEUTRAL),
+            ([0.1j, -0.1j], 0.01, Verdict.OSCILLATES),
             ([-0.05 + 0.1j, -0.05 - 0.1j], 0.01, Verdict.FOCUSES),
             ([0.001, -0.1], 0.01, Verdict.UNDECIDED),
         ],
@@ -92,7 +92,7 @@ class TestReynoldsNumber:
 
 def table(n: int = 1, **columns: Any) -> Table:
     """A table of one row or more, with numbers that play no part where none are given."""
-    usual = dict.fromkeys(TABLE.named(n), 0.0) | {"growth_error": 1e-3, "Re_most": np.nan}
+    usual = dict.fromkeys(TABLE.named(n), 0.0) | {"growth_error": 1e-3, "Re_c": np.nan}
     usual |= {name: 1.8 for name in usual if name in ("U_1", "U_2", "U_3", "U_L", "U_T")}
     rows = max(len(each) for each in columns.values() if isinstance(each, list))
     found = {**usual, **columns}
@@ -104,7 +104,7 @@ def table(n: int = 1, **columns: Any) -> Table:
 
 class TestAnswer:
     def test_a_bead_focuses_within_a_length_of_tube_below_a_reynolds_number(self) -> None:
-        found = table(verdict=["focuses"], tube=500.0, tube_least=470.0, tube_most=530.0, Re_most=0.83, Re=0.02)
+        found = table(verdict=["focuses"], tube=500.0, tube_least=470.0, tube_most=530.0, Re_c=0.83, Re=0.02)
         assert answer_of_focus(found, [Scales(60e-6, 1e-2, 1e-2)]) == [
             "The particle focuses: a small displacement from the axis falls to a tenth within 30 +- 2 mm of tube, "
             "as long as the Reynolds number is below about 0.83 (here 0.02)."
@@ -116,19 +116,19 @@ class TestAnswer:
         assert line.endswith("grows tenfold within 23 D_c (17 D_c to 39 D_c) of tube.")
 
     def test_inertia_drives_it_off_where_the_reynolds_number_is_larger(self) -> None:
-        (line,) = answer_of_focus(table(verdict=["focuses"], tube=500.0, Re_most=0.83, Re=2.0), None)
+        (line,) = answer_of_focus(table(verdict=["focuses"], tube=500.0, Re_c=0.83, Re=2.0), None)
         assert "without inertia; but from a Reynolds number of about 0.83 on inertia drives particles off" in line
         assert line.endswith("and here it is 2.")
 
     def test_the_reynolds_number_has_its_half_width_where_that_is_seen(self) -> None:
-        known = {"verdict": ["focuses"], "tube": 500.0, "Re_most": 0.83}
-        (line,) = answer_of_focus(table(**known, Re_most_error=0.12), None)
+        known = {"verdict": ["focuses"], "tube": 500.0, "Re_c": 0.83}
+        (line,) = answer_of_focus(table(**known, Re_c_error=0.12), None)
         assert line.endswith("below about 0.83 +- 0.12.")
-        (line,) = answer_of_focus(table(**known, Re_most_error=0.01), None)
+        (line,) = answer_of_focus(table(**known, Re_c_error=0.01), None)
         assert line.endswith("below about 0.83.")
 
     def test_neighbours_of_one_verdict_have_one_line(self) -> None:
-        verdicts, d = ["swings", "leaves", "leaves", "swings"], [0.02, 0.04, 0.06, 0.1]
+        verdicts, d = ["oscillates", "leaves", "leaves", "oscillates"], [0.02, 0.04, 0.06, 0.1]
         found = table(2, verdict=verdicts, d=d, tube=[np.nan, 200.0, 300.0, np.nan], frequency_1=0.1)
         lines = answer_of_focus(found, None)
         assert [line.partition(":")[0] for line in lines] == [
@@ -141,7 +141,7 @@ class TestAnswer:
         (line,) = answer_of_focus(table(3, verdict=["undecided"], growth=-0.0004), None)
         assert line.startswith("Whether the row of 3 stays on the axis is not certain: ")
         assert "axis is (-0.4 +- 1.0)e-3 U_av/D_c" in line
-        (line,) = answer_of_focus(table(verdict=["stays"]), None)
+        (line,) = answer_of_focus(table(verdict=["neutral"]), None)
         assert "in a liquid without memory is reversible, and inertia decides" in line
 
     def test_memory_is_told_where_it_changes_more_than_the_error(self) -> None:
@@ -164,7 +164,7 @@ def test_a_soft_bead_focuses_at_the_rate_that_was_found_on_fine_cells(tmp_path: 
     assert abs(row["a_11"] + 0.050118) < row["a_error_11"] < 5e-4
     assert row["growth"] == row["a_11"] == row["rate_1"]
     assert row["tube"] == pytest.approx(np.log(10) * row["U_1"] / 0.050118, rel=5e-3)
-    assert row["Re_most"] == pytest.approx(4.65, abs=0.05)
+    assert row["Re_c"] == pytest.approx(4.65, abs=0.05)
     assert pairsim("table", "out").stdout.startswith("Ca_e,De,U_1 [U_av],U_error_1 [U_av],verdict,growth [U_av/D_c],")
 
 
@@ -189,16 +189,16 @@ def test_fields_have_what_a_displacement_adds_to_the_flow(tmp_path: Path) -> Non
 
 
 @pytest.mark.slow
-def test_a_rigid_pair_in_a_newtonian_liquid_swings_or_leaves_the_axis() -> None:
+def test_a_rigid_pair_in_a_newtonian_liquid_oscillates_or_leaves_the_axis() -> None:
     """Its rates mirror themselves: there is a window of distances in which a_12 passes through zero."""
     found = api.focus({**PAIR, "beta": 0.3, "d": None, "along": {"d": [0.05, 0.3]}}, mesh={"Np": 10}).check()
     table = found.table
     assert table["d"].tolist() == [0.05, 0.3]
-    assert table["verdict"].tolist() == ["leaves", "swings"]
+    assert table["verdict"].tolist() == ["leaves", "oscillates"]
     assert np.abs(table["a_11"] + table["a_22"]).max() < 1e-8
     assert np.abs(table["a_12"] + table["a_21"]).max() < 1e-8
     assert table["growth"][0] == pytest.approx(0.020, abs=1e-3)
-    assert table["Re_most"].tolist() == [0, 0]
+    assert table["Re_c"].tolist() == [0, 0]
 
 
 class TestFollowed:

@@ -14,8 +14,8 @@ from pairsim.computing.off_axis.columns import (
     GROWTH,
     GROWTH_ERROR,
     RE,
-    RE_ERROR,
-    RE_MOST,
+    RE_C,
+    RE_C_ERROR,
     TUBE,
     TUBE_LEAST,
     TUBE_MOST,
@@ -71,10 +71,10 @@ def _line(table: Table, rows: list[int], scales: Units, along: Along) -> str:
         case Verdict.LEAVES:
             grows = f"{of} grow{'' if many else 's'} tenfold within {_tubes(table, ends, scales)} of tube"
             return f"{subject} does not stay on the axis{where}: {grows}."
-        case Verdict.SWINGS:
+        case Verdict.OSCILLATES:
             once = f"once in {_periods(table, ends, scales)} of tube"
             return f"{subject} oscillates about the axis{where}, {once}: {of} neither decay nor grow."
-        case Verdict.STAYS:
+        case Verdict.NEUTRAL:
             said = "the flow around rigid particles in a liquid without memory is reversible, and inertia decides"
             return f"{subject} neither returns to the axis nor leaves it{where}: {said}."
         case Verdict.UNDECIDED:
@@ -119,7 +119,7 @@ def _tubes(table: Table, ends: list[int], scales: Units) -> str:
 
 
 def _periods(table: Table, ends: list[int], scales: Units) -> str:
-    """Lengths of tube in which particles swing once."""
+    """Lengths of tube in which particles oscillate once."""
     frequency = np.max([np.abs(each) for each in table.each(FREQUENCY).values()], axis=0)
     velocity = np.mean(list(table.each(U).values()), axis=0)
     lengths = [(row, 2 * math.pi * velocity[row] / frequency[row]) for row in ends]
@@ -128,11 +128,11 @@ def _periods(table: Table, ends: list[int], scales: Units) -> str:
 
 def _inertia(table: Table, rows: list[int]) -> str:
     """The Reynolds number up to which rows that focus do so, and whether that of the experiment is below it."""
-    known = table[RE_MOST][rows]
+    known = table[RE_C][rows]
     if np.isnan(known).all():
         return ", and inertia does not prevent it, to first order in the Reynolds number"
     row, Re = rows[int(np.nanargmin(known))], table.known(RE)
-    least, error = float(table[RE_MOST][row]), float(table[RE_ERROR][row])
+    least, error = float(table[RE_C][row]), float(table[RE_C_ERROR][row])
     limit = with_error(least, error) if error > SEEN * least else f"{least:.2g}"
     if Re is None:
         return f", as long as the Reynolds number is below about {limit}"

@@ -12,8 +12,8 @@ NAME = "focus"
 VERDICT = Column(
     "verdict",
     "",
-    "focuses: small displacements from the axis decay; leaves: some grow; swings: they oscillate, and neither decay "
-    "nor grow; stays: they do not change at all; undecided: not certain",
+    "focuses: small displacements from the axis decay; leaves: some grow; oscillates: they neither decay nor "
+    "grow, but oscillate; neutral: they do not change at all; undecided: not certain",
 )
 GROWTH = Column(
     "growth",
@@ -51,15 +51,15 @@ TUBE_MOST = Column(
     POSITION,
     unknown=True,
 )
-RE_MOST = Column(
-    "Re_most",
+RE_C = Column(
+    "Re_c",
     r"\mathrm{Re}_c",
     "Reynolds number rho U_av D_c/eta_0 up to which displacements decay, to first order in it; 0: they do not decay "
     "without inertia; empty: inertia does not prevent it, or it is not known",
     unknown=True,
-    half_width="Re_most_error",
+    half_width="Re_c_error",
 )
-RE_ERROR = Column("Re_most_error", r"\epsilon", "half-width of its interval: error due to the mesh", unknown=True)
+RE_C_ERROR = Column("Re_c_error", r"\epsilon", "half-width of its interval: error due to the mesh", unknown=True)
 RE = Column("Re", r"\mathrm{Re}", "Reynolds number of the experiment, with physical.density")
 A = Column("a", r"a{_}", "velocity away from the axis of {of}", RATE, ENTRY, half_width="a_error")
 A_ERROR = Column(
@@ -76,7 +76,7 @@ AT_REST = Column(
 MODE_GROWTH = Column("rate", r"\mathrm{Re}\,\lambda{_}", "growth rate of {of}", RATE, MODE)
 FREQUENCY = Column("frequency", r"\mathrm{Im}\,\lambda{_}", "angular frequency of {of}", RATE, MODE)
 UNKNOWNS = Column("disturbed", "n", "unknowns of the disturbances", shown=Shown.ON_REQUEST, whole=True)
-INTERVALS = VERDICT, GROWTH, GROWTH_ERROR, TUBE, TUBE_LEAST, TUBE_MOST, RE_MOST, RE_ERROR
+INTERVALS = VERDICT, GROWTH, GROWTH_ERROR, TUBE, TUBE_LEAST, TUBE_MOST, RE_C, RE_C_ERROR
 MATRIX = A, A_ERROR, AT_REST, MODE_GROWTH, FREQUENCY
 TABLE = Columns(
     *(DISTANCE, CA_E, DE, FOLLOWED, U, U_ERROR, *INTERVALS, RE, *MATRIX),

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from pairsim.computing.loading import case_of
-from pairsim.computing.off_axis.columns import GROWTH, RE_MOST, TABLE, A
+from pairsim.computing.off_axis.columns import GROWTH, RE_C, TABLE, A
 from pairsim.plots.chart import POINT, Line, Panel, draw_chart
 from pairsim.plots.labels import parameter_label, parts_along, read_case, tex_number
 from pairsim.plots.parameters import measured
@@ -68,9 +68,9 @@ def draw_focus(directory: Path, out: Path, page: Page) -> list[Path]:
             own: Look = {"color": COLOURS[i % len(COLOURS)], "linestyle": LINES[i % len(LINES)]}
             bars = table.half_widths(A, suffix)
             lines.append(Line(A, x, table[entry], bars, mark=POINT, look=own, label=f"${entry.symbol}$"))
-    if np.nan_to_num(table[RE_MOST]).any():
-        panels[RE_MOST] = Panel(label, units.axis_label([RE_MOST]), wide="x")
-        lines.append(Line(RE_MOST, x, table[RE_MOST], table.half_widths(RE_MOST), mark=POINT, look=joined))
+    if np.nan_to_num(table[RE_C]).any():
+        panels[RE_C] = Panel(label, units.axis_label([RE_C]), wide="x")
+        lines.append(Line(RE_C, x, table[RE_C], table.half_widths(RE_C), mark=POINT, look=joined))
     parts = parts_along(case, key, units.scales is not None)
     if followed.name != DISTANCE.name and (gaps := table.each(DISTANCE)):
         distances = dict.fromkeys(tex_number(values[0]) for values in gaps.values())

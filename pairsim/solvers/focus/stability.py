@@ -26,8 +26,8 @@ class Verdict(StrEnum):
 
     FOCUSES = "focuses"
     LEAVES = "leaves"
-    SWINGS = "swings"
-    STAYS = "stays"
+    OSCILLATES = "oscillates"
+    NEUTRAL = "neutral"
     UNDECIDED = "undecided"
 
 
@@ -41,9 +41,9 @@ class Stability:
         half_widths: Half-widths of the rates of the disturbance [U_av/D_c], shape (N, N).
         growth: Growth rates of the N modes, complex, the largest first, shape (N,) [U_av/D_c].
         growth_error: Half-width of the largest one; infinite if it is not known.
-        Re_most: The Reynolds number up to which displacements decay, to first order in it: 0 if they do not decay
+        Re_c: The Reynolds number up to which displacements decay, to first order in it: 0 if they do not decay
             without inertia, infinite if inertia does not prevent the decay, NaN if the verdict is undecided.
-        Re_error: Half-width of `Re_most`; infinite if it is not known, NaN unless `Re_most` is positive and finite.
+        Re_c_error: Half-width of `Re_c`; infinite if it is not known, NaN unless `Re_c` is positive and finite.
     """
 
     disturbance: Disturbance
@@ -51,8 +51,8 @@ class Stability:
     half_widths: Array
     growth: Array
     growth_error: float
-    Re_most: float
-    Re_error: float
+    Re_c: float
+    Re_c_error: float
 
     @classmethod
     def of(cls, steady: SteadySolver) -> Stability:
@@ -73,12 +73,12 @@ class Stability:
         error = growth_half_width(found.rates, widths.rates)
         match verdict_of(found.growth, error):
             case Verdict.FOCUSES if by_Re is not None and widths.by_Re is not None:
-                Re_most, Re_error = with_half_width(found.rates, by_Re, widths.rates, widths.by_Re)
+                Re_c, Re_c_error = with_half_width(found.rates, by_Re, widths.rates, widths.by_Re)
             case Verdict.UNDECIDED:
-                Re_most, Re_error = np.nan, np.nan
+                Re_c, Re_c_error = np.nan, np.nan
             case _:
-                Re_most, Re_error = 0.0, np.nan
-        return cls(found, displacement.scene, widths.rates, found.growth, error, Re_most, Re_error)
+                Re_c, Re_c_error = 0.0, np.nan
+        return cls(found, displacement.scene, widths.rates, found.growth, error, Re_c, Re_c_error)
 
     @property
     def verdict(self) -> Verdict:
@@ -127,17 +127,17 @@ def with_half_width(rates: Array, by_Re: Array, error: Array, error_by_Re: Array
 def verdict_of(growth: Array, half_width: float) -> Verdict:
     """The verdict on modes.
 
-    Modes swing if none of them grows or decays faster than the half-width, and one has a frequency above it.
+    Modes oscillate if none of them grows or decays faster than the half-width, and one has a frequency above it.
 
     Args:
         growth: Growth rates, complex, the largest first [U_av/D_c], shape (N,).
         half_width: Half-width of the first one [U_av/D_c].
     """
     if np.abs(growth).max() < EXACTLY:
-        return Verdict.STAYS
+        return Verdict.NEUTRAL
     largest = growth[0].real
     if abs(largest) > half_width:
         return Verdict.LEAVES if largest > 0 else Verdict.FOCUSES
     if np.abs(growth.real).max() <= half_width < np.abs(growth.imag).max():
-        return Verdict.SWINGS
+        return Verdict.OSCILLATES
     return Verdict.UNDECIDED

@@ -90,8 +90,8 @@ def solved(scene: dict[str, Any], Np: int) -> dict[str, Any]:
         for name, value, width in zip(names, found.disturbance.rates.ravel(), found.half_widths.ravel(), strict=True)
     }
     values["growth"] = [float(found.growth[0].real), found.growth_error]
-    if found.Re_most > 0 and np.isfinite(found.Re_most):
-        values["Re_most"] = [found.Re_most, found.Re_error]
+    if found.Re_c > 0 and np.isfinite(found.Re_c):
+        values["Re_c"] = [found.Re_c, found.Re_c_error]
     return {"converged": found.disturbance.converged, "verdict": found.verdict.value, "values": values}
 
 

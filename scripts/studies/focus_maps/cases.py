@@ -22,7 +22,7 @@ LINES = {
 }
 """The maps, each with the parameters that are the same along a line of it, which is a part."""
 PARAMETERS = ("beta", "De", "Ca_e", "d")
-SHOWN = ("verdict", "growth", "growth_error", "tube", "Re_most")
+SHOWN = ("verdict", "growth", "growth_error", "tube", "Re_c")
 COARSE = {"mesh": {"Np": 10, "max_size": 0.15}}
 
 

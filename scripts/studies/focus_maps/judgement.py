@@ -13,7 +13,7 @@ from book.comparison import Column, Table
 from book.statements import Judged, Value, below, falling, negative, positive
 from book.study import Part
 
-SWING = ("swings", "leaves")
+OSCILLATING = ("oscillates", "leaves")
 
 
 def of(results: pd.DataFrame, name: str) -> pd.DataFrame:
@@ -55,11 +55,11 @@ def statements(results: pd.DataFrame, parts: Sequence[Part]) -> dict[str, Judged
 
 
 def _of_rigid_pairs(rows: pd.DataFrame) -> dict[str, Judged]:
-    leaving, others = rows[rows["verdict"] == "leaves"], rows[rows["verdict"] == "swings"]
-    odd = rows[~rows["verdict"].isin(SWING)]
+    leaving, others = rows[rows["verdict"] == "leaves"], rows[rows["verdict"] == "oscillates"]
+    odd = rows[~rows["verdict"].isin(OSCILLATING)]
     return {
-        "rigid pairs in a Newtonian liquid swing about the axis or leave it": Judged(
-            ((0.5 - len(odd), 0.0),), f"{len(others)} swing, {len(leaving)} leave, {len(odd)} neither"
+        "rigid pairs in a Newtonian liquid oscillate about the axis or leave it": Judged(
+            ((0.5 - len(odd), 0.0),), f"{len(others)} oscillate, {len(leaving)} leave, {len(odd)} neither"
         ),
         "rigid pairs that leave the axis grow by more than their half-widths": positive(growth(leaving), "growth"),
         "they leave it at some distance at beta 0.1 to 0.4, and at none at 0.5 and 0.6": Judged(
@@ -113,9 +113,9 @@ def blocks(results: pd.DataFrame, parts: Sequence[Part]) -> dict[str, str]:
     soft, elastic = (of(results, name) for name in ("soft-bead", "elastic-bead"))
     tables = {
         "soft-length": over(soft, "Ca_e", "tube", ".4g"),
-        "soft-Re": over(soft, "Ca_e", "Re_most", ".2g"),
+        "soft-Re": over(soft, "Ca_e", "Re_c", ".2g"),
         "elastic-length": over(elastic, "De", "tube", ".4g"),
-        "elastic-Re": over(elastic, "De", "Re_most", ".2g"),
+        "elastic-Re": over(elastic, "De", "Re_c", ".2g"),
         "ratios": ratios(results),
         "soft-pairs": over(largest(of(results, "soft-pairs"), ("beta", "Ca_e")), "Ca_e", "growth", "+.4f"),
         "elastic-pairs": over(largest(of(results, "elastic-pairs"), ("beta", "De")), "De", "growth", "+.4f"),
