@@ -18,7 +18,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from pairsim.runtime.arrays import Array
-from pairsim.solvers.rows.parts import Parts, Remainder, slowest
+from pairsim.solvers.rows.exponential_sums import ExponentialSum, Remainder, slowest
 from pairsim.solvers.rows.stretch import Stretch
 
 if TYPE_CHECKING:
@@ -50,10 +50,10 @@ class Deviations:
     """
 
     alone: Array
-    parts: Sequence[Parts]
+    parts: Sequence[ExponentialSum]
     least: float
     alone_twice: Array = field(default_factory=lambda: np.zeros((2, 2)))
-    pairs_twice: Parts | None = None
+    pairs_twice: ExponentialSum | None = None
     stretch: Stretch | None = None
     remainder: Remainder | None = None
     remainder_twice: Remainder | None = None
@@ -122,7 +122,7 @@ def deviations(
         if not known:
             break
         left = np.array([by_particle - found.matrix(gaps) for gaps, by_particle in known])
-        part = Parts.fitted(slowest(rates[count - 2], most), np.array([gaps for gaps, _ in known]), left)
+        part = ExponentialSum.fitted(slowest(rates[count - 2], most), np.array([gaps for gaps, _ in known]), left)
         found = replace(found, parts=[*found.parts, part])
     return _with_second_order(found, unequal, rates)
 
@@ -140,7 +140,7 @@ def _with_second_order(first: Deviations, unequal: Sequence[Row], rates: Sequenc
     for i in range(2):
         left[:, i, i, :, i] -= found.alone_twice
     left[..., 1, :, 1] = 0.0  # those with respect to two moduli are not known
-    twice = Parts.fitted(slowest(rates[0], TERMS_OF_SECOND_ORDER), pairs, left)
+    twice = ExponentialSum.fitted(slowest(rates[0], TERMS_OF_SECOND_ORDER), pairs, left)
     return replace(found, pairs_twice=twice)
 
 

@@ -31,8 +31,8 @@ from numpy.lib.stride_tricks import sliding_window_view
 from pairsim.runtime.arrays import Array
 from pairsim.solvers.rows.closing import Closing
 from pairsim.solvers.rows.deviations import TERMS, Deviations, deviations
+from pairsim.solvers.rows.exponential_sums import SMALLEST, Remainder, slowest
 from pairsim.solvers.rows.lag import Lag
-from pairsim.solvers.rows.parts import SMALLEST, Remainder, slowest
 from pairsim.solvers.rows.stretch import Stretch
 
 RATES = np.geomspace(1.0, 8.0, 16)  # decay rates that are tried for the slowest exponential [1/D_c]; chosen

@@ -22,7 +22,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from pairsim.runtime.arrays import Array
-from pairsim.solvers.rows.parts import Parts
+from pairsim.solvers.rows.exponential_sums import ExponentialSum
 
 if TYPE_CHECKING:
     from pairsim.solvers.rows.model import Row
@@ -50,7 +50,7 @@ class Stretch:
     distances: Array
     slopes: Array
     scatter: Array
-    outer: Parts
+    outer: ExponentialSum
 
     @classmethod
     def fitted(cls, equal: Sequence[Row], unequal: Sequence[Row], rates: Array) -> Self | None:
@@ -128,7 +128,7 @@ def _positive(x: Array) -> Array:
     return np.where(x > LINEAR - 1, 1 + x, LINEAR**2 / (2 * LINEAR - 1 - np.minimum(x, LINEAR - 1)))
 
 
-def _outer(places: Array, unequal: Sequence[Row], rates: Array) -> Parts:
+def _outer(places: Array, unequal: Sequence[Row], rates: Array) -> ExponentialSum:
     """`Stretch.outer`, from pairs at distances `places`, (n,) [D_c]; other arguments as for `Stretch.fitted`."""
     alone, found = np.zeros(2), np.zeros((len(places), 2, 2))
     for row in unequal:
@@ -141,4 +141,4 @@ def _outer(places: Array, unequal: Sequence[Row], rates: Array) -> Parts:
             alone += each
         else:
             found[np.searchsorted(places, row.gaps[0]), :, j] += each
-    return Parts.fitted(rates, places[:, None], found - np.diag(alone))
+    return ExponentialSum.fitted(rates, places[:, None], found - np.diag(alone))

@@ -14,7 +14,7 @@ SMALLEST = 1e-5  # singular values below this fraction of the largest one are le
 
 
 @dataclass(frozen=True)
-class Parts:
+class ExponentialSum:
     """Contribution of k neighbours to derivatives of their velocities, a sum of exponentials of their distances.
 
     Attributes:
@@ -34,7 +34,7 @@ class Parts:
         return np.tensordot(-self.rates[:, 0] * np.exp(-gaps[:, None] * self.rates[:, 0]), self.coefficients, 1)
 
     @classmethod
-    def fitted(cls, rates: Array, places: Array, values: Array) -> Parts:
+    def fitted(cls, rates: Array, places: Array, values: Array) -> ExponentialSum:
         """Fit terms of given rates to values at some distances, by least squares.
 
         Args:
