@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import sys
 import tomllib
 from contextlib import suppress
 from functools import cache
 from importlib.metadata import PackageNotFoundError, packages_distributions, requires
+from pathlib import Path
+from unittest import mock
 
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
@@ -40,8 +43,14 @@ def distributions(extras: tuple[str, ...]) -> set[str]:
 
 @cache
 def known() -> dict[str, set[str]]:
-    """The names of the distributions that bring each installed module."""
-    return {module: set(map(canonicalize_name, names)) for module, names in packages_distributions().items()}
+    """The names of the distributions that bring each installed module.
+
+    Setuptools, once it is imported, has what it brings along itself on the path; that is not installed.
+    """
+    installed = [each for each in sys.path if "_vendor" not in Path(each).parts]
+    with mock.patch.object(sys, "path", installed):
+        found = packages_distributions()
+    return {module: set(map(canonicalize_name, names)) for module, names in found.items()}
 
 
 def undeclared() -> set[str]:
