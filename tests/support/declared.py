@@ -45,7 +45,7 @@ def distributions(extras: tuple[str, ...]) -> set[str]:
 def known() -> dict[str, set[str]]:
     """The names of the distributions that bring each installed module.
 
-    Setuptools, once it is imported, has what it brings along itself on the path; that is not installed.
+    Importing setuptools appends its own copies of packages to `sys.path`. They are left out, as they are not installed.
     """
     installed = [each for each in sys.path if "_vendor" not in Path(each).parts]
     with mock.patch.object(sys, "path", installed):

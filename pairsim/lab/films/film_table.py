@@ -242,10 +242,10 @@ def _places(heading: Sequence[str]) -> tuple[dict[Heading, list[int]], dict[str,
     of_one = {X, PARTICLE} <= places.keys() or {X, Y} <= places.keys()  # a row is of one particle: d is its diameter
     if of_one or (len(particles) < 2 and not places.keys() & {SURFACES, CENTRES}):
         wanted, particles = {PARTICLE, X, Y}, {}
-    elif (SURFACES in places or CENTRES in places) and len(particles) > 1:
-        both = "positions of each particle and distances: remove the column of distances, or those of positions"
-        raise ValueError(f"must not have {both}")
     elif SURFACES in places or CENTRES in places:
+        if len(particles) > 1:
+            both = "positions of each particle and distances: remove the column of distances, or those of positions"
+            raise ValueError(f"must not have {both}")
         wanted, particles = {SURFACES if SURFACES in places else CENTRES, PARTICLE}, {}
     else:
         wanted = {X, Y} if X in places else set()
