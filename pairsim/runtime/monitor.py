@@ -44,16 +44,18 @@ class Monitor:
         self._patience = [_Limit.of(time.process_time, patience, found_nothing)] if patience is not None else []
         self._result = _Result()
 
-    def within(self, seconds: float, message: str) -> Monitor:
+    def within(self, seconds: float, message: str, *, of_processor: bool = False) -> Monitor:
         """The monitor of a part of the computation: it has the limits of this one and one more.
 
         Args:
-            seconds: Largest wall time of the part [s].
+            seconds: Largest time of the part [s].
             message: The message once this time has passed, with {} in place of the time.
+            of_processor: Whether processor time of this process is limited; otherwise it is wall time.
         """
+        clock = time.process_time if of_processor else time.monotonic
         part = Monitor(self._signals, listener=self._listener, before=self._before)
         part._begun = self._begun
-        part._limits = [*self._limits, _Limit.of(time.monotonic, seconds, message)]
+        part._limits = [*self._limits, _Limit.of(clock, seconds, message)]
         part._patience, part._result = self._patience, self._result
         return part
 
@@ -69,8 +71,9 @@ class Monitor:
 
     @property
     def left(self) -> float | None:
-        """Wall time until the first of the limits [s]; None where there is none."""
-        return max(min(limit.left for limit in self._limits), 0.0) if self._limits else None
+        """Wall time until the first of the limits on it [s]; None where there is none."""
+        left = [limit.left for limit in self._limits if limit.clock is time.monotonic]
+        return max(min(left), 0.0) if left else None
 
     def check_signals(self) -> None:
         """Raise `Stopped` if the process has received a signal; to be called before long operations."""

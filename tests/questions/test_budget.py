@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
+from contextlib import closing
+from dataclasses import replace
 from itertools import count
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 import pairsim as api
+from pairsim.computing.case_files import parse_case
+from pairsim.computing.problems import steady_problem
 from pairsim.computing.progress import Reporter
+from pairsim.questions.registry import QUESTIONS
 from pairsim.runtime.errors import BudgetSpent
 from pairsim.runtime.monitor import Monitor
+from pairsim.solvers.curves.scout import found_within
+from pairsim.solvers.parameters import Parameters
 
 
 @pytest.fixture(autouse=True)
@@ -80,6 +88,26 @@ def test_a_busy_machine_ends_nothing_that_has_no_budget(monkeypatch: pytest.Monk
     spend(Monitor(patience=3.0))
     with pytest.raises(BudgetSpent, match="the budget of 3 s is spent"):
         spend(Monitor(budget=3.0))
+
+
+def test_a_search_on_finer_cells_has_a_time_of_its_own() -> None:
+    case = parse_case(QUESTIONS["curve"], {"particles": 1, "beta": 0.4, "Ca_e": 0.1, "mesh": {"Np": 6}}, "test")
+    problem, first = steady_problem(case, np.inf), Parameters((), case.solid_models, case.liquid_model)
+    assert found_within(0.5, problem, first) is None, "the problem has no limit, the search has one"
+    found = found_within(1000.0, problem, first)
+    assert found is not None
+    with closing(found):
+        assert found.problem is problem, "what follows has no limit again"
+    with pytest.raises(BudgetSpent, match="the budget of 0 s is spent"):
+        found_within(1000.0, replace(problem, monitor=Monitor(budget=0.0)), first)
+
+
+def test_a_point_is_kept_when_a_search_on_finer_cells_for_it_takes_too_long(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pairsim.solvers.curves.adaptation.carried_over", lambda *_: None)
+    monkeypatch.setattr("pairsim.solvers.curves.adaptation.LONGEST_SEARCH", 0.5)
+    result = api.shape({"beta": 0.4, "De": 0, "Ca_e": 0.1}, accuracy="0.1%")
+    assert (result.status, len(result.table)) == ("finished", 1)
+    assert any("accuracy: 0.1% was not kept" in warning for warning in result.warnings)
 
 
 def spend(monitor: Monitor) -> None:

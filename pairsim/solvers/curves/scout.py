@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from pairsim.fem.meshes.geometry import MeshSettings
-from pairsim.runtime.errors import MeshFailure, NoSteadyState
+from pairsim.runtime.errors import BudgetSpent, MeshFailure, NoSteadyState
 from pairsim.solvers.goals import Goal
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
@@ -100,6 +100,25 @@ def found_anew(problem: SteadyProblem, parameters: Parameters) -> SteadySolver |
         found = first_scene(problem, parameters)
         return found if isinstance(found, SteadySolver) else None
     return None
+
+
+def found_within(seconds: float, problem: SteadyProblem, parameters: Parameters) -> SteadySolver | None:
+    """A solution that is found without an earlier one; None if none is found within this processor time [s].
+
+    The time is that of the processor, so that what is found does not depend on the load of the machine.
+
+    Raises:
+        BudgetSpent: The time of the whole computation is over.
+    """
+    monitor = problem.monitor.within(seconds, "it was not found within {}", of_processor=True)
+    try:
+        solver = found_anew(replace(problem, monitor=monitor), parameters)
+    except BudgetSpent:
+        problem.monitor.check()
+        return None
+    if solver is not None:
+        solver.problem = problem
+    return solver
 
 
 def _largest_anew(goal: Goal, problem: SteadyProblem, parameters: Parameters) -> float:
