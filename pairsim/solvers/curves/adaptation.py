@@ -53,8 +53,9 @@ HELPS_FAR = FACTORS[1] ** -ELASTIC_ORDER
 # `liquid_distortion`, which is 1 for cells as made, is at least this fraction of that of the present ones.
 LESS_DISTORTED = 0.9
 # Largest processor time of a search for the solution on new cells that does not begin with that on the present cells
-# [s]; chosen. In an Oldroyd-B liquid at De 0.99 continuation found none on finer cells in 40 minutes.
-LONGEST_SEARCH = 240.0
+# [s], where the computation has no budget; chosen. In an Oldroyd-B liquid at De 0.99 continuation found none on finer
+# cells in 40 minutes; for a dragged sphere at De 0.4 it took between four and five.
+LONGEST_SEARCH = 600.0
 LEAST_COMMON = 0.8  # least factor of the size of cells without a share in the scatter, in a second or third round
 
 Place = tuple[float, ...]

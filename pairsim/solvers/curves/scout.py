@@ -103,19 +103,20 @@ def found_anew(problem: SteadyProblem, parameters: Parameters) -> SteadySolver |
 
 
 def found_within(seconds: float, problem: SteadyProblem, parameters: Parameters) -> SteadySolver | None:
-    """A solution that is found without an earlier one; None if none is found within this processor time [s].
+    """A solution that is found without an earlier one; None if none is found in this processor time [s].
 
-    The time is that of the processor, so that what is found does not depend on the load of the machine.
+    The time is that of the processor, so that what is found does not depend on the load of the machine. It is not
+    limited where the computation has a budget, until which the search may go on.
 
     Raises:
-        BudgetSpent: The time of the whole computation is over.
+        BudgetSpent: The budget of the computation is spent.
     """
+    if problem.monitor.left is not None:
+        return found_anew(problem, parameters)
     monitor = problem.monitor.within(seconds, "it was not found within {}", of_processor=True)
-    try:
+    solver = None
+    with suppress(BudgetSpent):
         solver = found_anew(replace(problem, monitor=monitor), parameters)
-    except BudgetSpent:
-        problem.monitor.check()
-        return None
     if solver is not None:
         solver.problem = problem
     return solver
