@@ -60,7 +60,8 @@ def beyond_the_ends(solution: Solution) -> float:
 
     Polymer that has been strained at a particle relaxes along the tube, and changes the pressure until it has. Three
     averages near each end give two successive changes, whose ratio is taken as that of a geometric series of all
-    further ones. Where the changes do not decay, or have different signs, the series is taken to be 0, as in a periodic
+    further ones. Where the changes do not decay, or have different signs, a tube may be so short that the ends disturb
+    the relaxation: the sum of their magnitudes is then taken. It is 0 in a liquid without a memory, and in a periodic
     tube, which has no outside.
     """
     if solution.scene.periodic:
@@ -75,7 +76,9 @@ def _beyond(ends: _Ends, gradient: float, downstream: float) -> float:
     readings = [average.value + gradient * average.z for average in found]
     last, before = (nearer - farther for nearer, farther in pairwise(readings))
     left = last / before if before else 0.0
-    return abs(last) * min(left, MOST_LEFT) / (1 - min(left, MOST_LEFT)) if 0 < left < 1 else 0.0
+    if 0 < left < 1:
+        return abs(last) * min(left, MOST_LEFT) / (1 - min(left, MOST_LEFT))
+    return abs(last) + abs(before) if ends.remember else 0.0
 
 
 @dataclass(frozen=True)
@@ -103,6 +106,7 @@ class _Ends:
         mesh, positions = scene.liquid.six_node_mesh, scene.positions(solution.x)
         self._quadrature, self._half = CellQuadrature(mesh), scene.reference.geometry.length / 2
         self._over = min(AVERAGED, MOST_AVERAGED * solution.free)
+        self.remember = scene.material.has_memory
         self._z = np.einsum("qa,ma->mq", self._quadrature.shapes, positions[mesh.cells, 0], optimize=True)
         self._weights = self._quadrature.weights(positions)
         self._index = scene.liquid.index("p", mesh.vertices)

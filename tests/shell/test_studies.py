@@ -400,6 +400,7 @@ def results(**quantities: tuple[tuple[float, float], ...]) -> pd.DataFrame:
         (((1.005, 0.01), (1.0002, 0.001), (1.0, 5e-4)), ["inside", "not judged"]),
         (((1.005, 0.01), (1.0002, 0.001)), ["inside", "not judged"]),
         (((1.005, 0.01),), ["not judged"]),
+        (((1.005, 0.002), (1.0, 0.001)), ["beyond two", "not judged"]),  # whatever the exact value, it is outside
     ],
 )
 def test_a_quantity_is_judged_by_a_reference_that_knows_it_better(

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cache
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,6 +20,7 @@ from pairsim.fem.recovery.patch_recovery import WIDE, PatchRecovery
 from pairsim.quantities.kinds import STRESS, VELOCITY
 from pairsim.questions.registry import QUESTIONS
 from pairsim.runtime.arrays import Array
+from pairsim.solvers import pressure_drop
 from pairsim.solvers.curves.branch import Branch
 from pairsim.solvers.errors.adjoints import Adjoints
 from pairsim.solvers.errors.estimate import ELASTIC, VISCOUS, ErrorEstimate, ErrorEstimator, GoalEstimate
@@ -175,6 +179,26 @@ def test_the_interval_of_a_pressure_drop_holds_that_in_a_longer_tube() -> None:
         found[length] = estimate.corrected(observation).dp_plus, float(estimate[DP_PLUS].half_width[0])
     (short, half_width), (long, _) = found.values()
     assert abs(short - long) < half_width < 0.01 * long
+
+
+@pytest.mark.parametrize(
+    ("pressures", "with_memory", "without"),
+    [
+        ((1.75, 1.5, 1.0), 0.25, 0.25),  # each change is half of the one before
+        ((3.0, 1.0, 0.5), 2.5, 0.0),
+        ((1.0, 1.2, 0.9), 0.5, 0.0),
+    ],
+)
+def test_changes_of_the_pressure_that_do_not_decay_towards_an_end_count_in_a_liquid_with_a_memory(
+    pressures: Sequence[float], with_memory: float, without: float
+) -> None:
+    """From the end inwards; a tube that is too short for the memory disturbs its decay."""
+    at = dict(zip((0.0, 0.5, 1.0), pressures, strict=True))
+    for remember, outside in ((True, with_memory), (False, without)):
+        ends: Any = SimpleNamespace(
+            remember=remember, average=lambda _, inwards: SimpleNamespace(value=at[inwards], z=1.0 - inwards)
+        )
+        assert pressure_drop._beyond(ends, 0.0, 1.0) == pytest.approx(outside)
 
 
 @pytest.mark.slow

@@ -27,8 +27,9 @@ def percent(accuracy: pd.Series) -> pd.Series:
 def judged(results: pd.DataFrame) -> pd.DataFrame:
     """The quantities of all cases beside those of the finest solution of their scene that is finer.
 
-    A reference judges if its half-width is at most `KNOWN` of that of the case; where there is none the verdict is
-    "not judged", too. The velocity of a particle that is moved is given.
+    A reference judges if its half-width is at most `KNOWN` of that of the case, or if both half-widths together do not
+    explain the difference; where there is none the verdict is "not judged", too. The velocity of a particle that is
+    moved is given.
     """
     given = (results["question"] == "dragged") & (results["quantity"] == U.name)
     answered = results[results["ended"].isna() & ~given]
@@ -40,7 +41,7 @@ def judged(results: pd.DataFrame) -> pd.DataFrame:
     cases.loc[none, ["value_of_reference", "half_width_of_reference", "unknowns_of_reference"]] = np.nan
     error = (cases["value_of_reference"] - cases["value"]).abs()
     ratio, known = error / cases["half_width"], cases["half_width_of_reference"] / cases["half_width"]
-    found_by = [~(known <= KNOWN), ratio <= 1, ratio <= BEYOND]
+    found_by = [~((known <= KNOWN) | (ratio > 1 + known)), ratio <= 1, ratio <= BEYOND]
     verdict = np.select(found_by, ["not judged", "inside", "outside"], "beyond two")
     relative = 100 * cases["half_width"] / cases["value"].abs()
     kept = (100 * error <= cases["percent"] * cases["value_of_reference"].abs()) | (relative <= cases["percent"])
