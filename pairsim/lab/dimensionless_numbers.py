@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Container, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -48,6 +48,7 @@ class Units:
         scales: The units of length, velocity, time and stress, and the flow without particles.
         notes: Whether inertia is negligible, defaults used, and warnings.
         fit: The liquid that was fitted to files of a rheometer; None without such files.
+        derived: Of a quantity in `written` that was derived, by its key, the words that say from what.
     """
 
     case: SceneCase
@@ -56,6 +57,7 @@ class Units:
     scales: Sequence[Row]
     notes: Sequence[str]
     fit: MeasuredLiquid | None = None
+    derived: Mapping[str, str] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         all_ = [*self.numbers, *self.scales]
@@ -82,7 +84,8 @@ class Units:
                 entry = line.partition(":")[0].strip(" -'")
                 interval = intervals.get(f"{entry}_{mode}", intervals.get(entry)) if key in (BLOCK, "liquid") else None
                 meaning = FURTHER.split(words.get(entry, ""))[0]
-                comment = ", ".join(filter(None, (meaning, interval and f"95 %: {interval}")))
+                source = self.derived.get(entry, "") if key == BLOCK else ""
+                comment = ", ".join(filter(None, (meaning, source, interval and f"95 %: {interval}")))
                 lines.append(f"{line:{COLUMN - 1}} # {comment}" if comment else line)
         return "\n".join([*lines, ""])
 
@@ -104,8 +107,8 @@ def units(
 
     Args:
         kind: The command that the case is for.
-        pressure: Pressure drop in place of the flow rate, such as "20kPa".
-        over: Length of tube over which it falls, such as "5cm".
+        pressure: Pressure drop in place of the flow rate, such as "20kPa"; may have a half-width.
+        over: Length of tube over which it falls, such as "5cm"; may have a half-width.
         rheology: File of a flow curve to which the liquid is fitted: shear rate, viscosity or stress, N1.
         spectrum: File of moduli, likewise: frequency, G', G''.
         section: A part of the name of the section to be read, if a file has several; several names for two files.
@@ -145,7 +148,8 @@ def units(
     rows, warnings = _of_flow(case.liquid_model, scales, fit, None if carrier is None else celsius)
     written = {BLOCK: quantities, **keys}
     notes += [*warnings, *(f"note: {note}" for note in case.notes)]
-    return Units(case, written, [*numbers], [*_scales(scales), *rows], notes, fit)
+    derived = {} if pressure is None else {"velocity": f"from {pressure} over {over}"}
+    return Units(case, written, [*numbers], [*_scales(scales), *rows], notes, fit, derived)
 
 
 def _numbers(case: SceneCase, Re: float) -> Iterator[Row]:

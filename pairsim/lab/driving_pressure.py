@@ -8,34 +8,38 @@ from collections.abc import Callable
 import numpy as np
 
 from pairsim.cases.case import SceneCase
-from pairsim.cases.quantity_text import A_LENGTH, si
+from pairsim.cases.quantity_text import A_LENGTH, measured
 from pairsim.quantities import kinds
 from pairsim.quantities.measurable import Measurable
 from pairsim.runtime.errors import Argument, InputError, NoSteadyState
 
 PRESSURE = Measurable("pressure", kinds.PRESSURE, "pressure drop", "20 kPa")
 SLOWEST, FASTEST, COUNT = 1e-7, 10.0, 33  # range [m/s] and number of the mean velocities that are searched; chosen
+STEP = 0.01  # of the logarithm of the velocity, to either side, for the slope that half-widths are divided by; chosen
 
 
 def velocity_for(pressure: str, over: str, case_at: Callable[[str], SceneCase]) -> str:
     """The mean velocity that a pressure drop gives in a tube without particles.
 
     Args:
-        pressure: The pressure drop with its unit.
-        over: The length of tube over which the pressure falls, with its unit.
+        pressure: The pressure drop with its unit; may have a half-width.
+        over: The length of tube over which the pressure falls, with its unit; may have a half-width.
         case_at: Makes the case of a mean velocity, which is given with its unit.
 
     Returns:
-        The mean velocity with its unit.
+        The mean velocity with its unit; with the half-width that follows to first order from those given, if any.
 
     Raises:
-        InputError: No velocity, or more than one, has this pressure drop.
+        InputError: `pressure` or `over` is not a quantity of its kind; no velocity, or more than one, has this
+            pressure drop.
     """
     from scipy.optimize import brentq  # takes longer to load than an atlas to answer
 
     from pairsim.physics.pipe import Pipe
 
-    wanted = si(pressure, PRESSURE) / si(over, A_LENGTH)
+    drop, drop_half_width = _measured("pressure", pressure, PRESSURE)
+    length, length_half_width = _measured("over", over, A_LENGTH)
+    wanted = drop / length
 
     def excess(log_velocity: float) -> float:
         """Logarithm of the pressure gradient over the one wanted; nan without a valid case or a steady flow."""
@@ -58,4 +62,18 @@ def velocity_for(pressure: str, over: str, case_at: Callable[[str], SceneCase]) 
         allowed = several if found else f"drives no mean velocity from {SLOWEST:g} to {FASTEST:g} m/s"
         raise InputError("pairsim units", Argument("pressure"), pressure, allowed)
     (i,) = found
-    return f"{math.exp(brentq(excess, places[i], places[i + 1], xtol=1e-12)):.10g} m/s"
+    at = brentq(excess, places[i], places[i + 1], xtol=1e-12)
+    velocity, relative = math.exp(at), math.hypot(drop_half_width / drop, length_half_width / length)
+    if not relative:
+        return f"{velocity:.10g} m/s"
+    low, high = max(at - STEP, places[i]), min(at + STEP, places[i + 1])
+    slope = (excess(high) - excess(low)) / (high - low)
+    return f"{velocity:.10g} +- {velocity * relative / slope:.3g} m/s"
+
+
+def _measured(name: str, text: str, of: Measurable) -> tuple[float, float]:
+    """The value and the half-width of an argument in its SI unit; InputError if it is not a quantity of this kind."""
+    try:
+        return measured(text, of)
+    except ValueError as error:
+        raise InputError("pairsim units", Argument(name), text, str(error)) from None

@@ -22,6 +22,7 @@ from pairsim.physics.liquids.giesekus import Giesekus
 from pairsim.physics.liquids.oldroyd_b import OldroydB
 from pairsim.physics.liquids.white_metzner import WhiteMetzner
 from pairsim.runtime.arrays import Array
+from pairsim.runtime.errors import InputError
 
 RATES = np.logspace(-2, 3, 16)
 NOISE = 0.02
@@ -288,3 +289,21 @@ def test_a_pressure_gives_the_mean_velocity(pairsim: Pairsim, tmp_path: Path) ->
         wrong = pairsim("units", *bead[:6], "--over", "5cm", "--viscosity", "1Pa.s", "--flow", "1ul/min", *more)
         assert wrong.returncode == 2
         assert said in wrong.stderr
+
+
+def test_half_widths_of_a_pressure_are_in_the_mean_velocity() -> None:
+    """Of a power law, U is proportional to (dp/L)^(1/n); the case file says what the velocity is from."""
+    bead = {"tube": "50um", "particle": "20um", "modulus": "1kPa", "pressure": "20 +- 0.6 kPa", "over": "5 cm +- 4 %"}
+    for liquid, n in (({"viscosity": "50mPa.s"}, 1.0), ({"consistency": "0.5Pa.s^0.5"}, 0.5)):
+        law = {} if n == 1 else {"liquid": {"law": "power-law", "n": n}}
+        found = pairsim.units(**bead, **liquid, **law)
+        value, half_width = re.findall(r"\d[\d.e-]*", found.written["physical"]["velocity"])
+        assert float(half_width) / float(value) == pytest.approx(0.05 / n, rel=2e-3)
+        assert "# mean velocity of the liquid U_av, from 20 +- 0.6 kPa over 5 cm +- 4 %" in found.case_file("case")
+
+
+@pytest.mark.parametrize(("pressure", "over"), [("20", "5cm"), ("20 foo", "5cm"), ("20kPa", "5 s"), ("20kPa", "-5cm")])
+def test_a_pressure_or_length_that_is_none_is_refused(pressure: str, over: str) -> None:
+    bead = {"tube": "50um", "particle": "20um", "viscosity": "1Pa.s"}
+    with pytest.raises(InputError, match="must be a (pressure|length) above 0 with its unit"):
+        pairsim.units(**bead, pressure=pressure, over=over)
