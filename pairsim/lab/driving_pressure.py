@@ -27,7 +27,7 @@ def velocity_for(pressure: str, over: str, case_at: Callable[[str], SceneCase]) 
         case_at: Makes the case of a mean velocity, which is given with its unit.
 
     Returns:
-        The mean velocity with its unit; with the half-width that follows to first order from those given, if any.
+        The mean velocity in mm/s; with the half-width that follows to first order from those given, if any.
 
     Raises:
         InputError: `pressure` or `over` is not a quantity of its kind; no velocity, or more than one, has this
@@ -65,10 +65,10 @@ def velocity_for(pressure: str, over: str, case_at: Callable[[str], SceneCase]) 
     at = brentq(excess, places[i], places[i + 1], xtol=1e-12)
     velocity, relative = math.exp(at), math.hypot(drop_half_width / drop, length_half_width / length)
     if not relative:
-        return f"{velocity:.10g} m/s"
+        return f"{1e3 * velocity:.10g} mm/s"
     low, high = max(at - STEP, places[i]), min(at + STEP, places[i + 1])
     slope = (excess(high) - excess(low)) / (high - low)
-    return f"{velocity:.10g} +- {velocity * relative / slope:.3g} m/s"
+    return f"{1e3 * velocity:.10g} +- {1e3 * velocity * relative / slope:.3g} mm/s"
 
 
 def _measured(name: str, text: str, of: Measurable) -> tuple[float, float]:

@@ -278,13 +278,13 @@ def test_a_pressure_gives_the_mean_velocity(pairsim: Pairsim, tmp_path: Path) ->
     """U = dp D^2/(32 eta L), and for a power law (dp D/(4 K L))^(1/n) D n/(2 (3 n + 1))."""
     bead = ("--tube", "50um", "--particle", "20um", "--modulus", "1kPa", "--pressure", "20kPa", "--over", "5cm")
     done = pairsim("units", *bead, "--viscosity", "50mPa.s", "-o", "case.yaml")
-    assert "velocity: 0.000625 m/s" in (tmp_path / "case.yaml").read_text()
+    assert "velocity: 0.625 mm/s" in (tmp_path / "case.yaml").read_text()
     assert "100 1/s" in done.stdout
     assert "4 kPa/cm" in done.stdout
     thinning = ("--liquid", "power-law", "--n", "0.5", "--consistency", "0.5Pa.s^0.5")
     pairsim("units", *bead, *thinning, "-o", "case.yaml", "--overwrite")
     text = next(line for line in (tmp_path / "case.yaml").read_text().splitlines() if "velocity" in line)
-    assert float(text.split()[1]) == pytest.approx((20e3 * 50e-6 / (4 * 0.5 * 0.05)) ** 2 * 50e-6 * 0.5 / 5, rel=1e-6)
+    assert float(text.split()[1]) == pytest.approx((20e3 * 50e-6 / (4 * 0.5 * 0.05)) ** 2 * 50e-3 * 0.5 / 5, rel=1e-6)
     for more, said in (((), "must be given with --over"), (("--pressure", "1kPa"), "must be left out")):
         wrong = pairsim("units", *bead[:6], "--over", "5cm", "--viscosity", "1Pa.s", "--flow", "1ul/min", *more)
         assert wrong.returncode == 2
@@ -305,5 +305,5 @@ def test_half_widths_of_a_pressure_are_in_the_mean_velocity() -> None:
 @pytest.mark.parametrize(("pressure", "over"), [("20", "5cm"), ("20 foo", "5cm"), ("20kPa", "5 s"), ("20kPa", "-5cm")])
 def test_a_pressure_or_length_that_is_none_is_refused(pressure: str, over: str) -> None:
     bead = {"tube": "50um", "particle": "20um", "viscosity": "1Pa.s"}
-    with pytest.raises(InputError, match="must be a (pressure|length) above 0 with its unit"):
+    with pytest.raises(InputError, match=r"must be a (pressure|length) above 0 with its unit"):
         pairsim.units(**bead, pressure=pressure, over=over)

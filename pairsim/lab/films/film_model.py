@@ -231,6 +231,23 @@ class Path:
         return path_by(self.place.x, self.rates, self.start, self.times)
 
     @cached_property
+    def stretch(self) -> Array:
+        """Derivative of the distance that the film has by that between the surfaces at `times`, of the same shape.
+
+        The centres of beads whose shapes change with the distance do not move as the facing surfaces do.
+        """
+        if self.seen.centres is None:
+            return np.ones_like(self.times)
+        motion = self.place.curve.motion
+        assert motion is not None, "an atlas has many distances"
+        return np.asarray(motion.stretch(self.distances))
+
+    @cached_property
+    def shown(self) -> Array:
+        """Distances at `times` as the film has them [D_c]: those between the centres count from the first one on."""
+        return self.start + np.asarray(_integral(self.stretch, self.distances))
+
+    @cached_property
     def grown(self) -> Array:
         """Derivative of the distance at `times` by that at the first one, of the same shape."""
         growth = self.rates + np.gradient(self.rates, self.place.x)  # derivative of the rate of d by d
@@ -239,7 +256,7 @@ class Path:
     @cached_property
     def by_start(self) -> Array:
         """Derivative of the distance in the frames by that in the first one, shape (frames,)."""
-        return np.interp(self.seen.times, self.times, self.grown)
+        return np.interp(self.seen.times, self.times, 1 + self.stretch * self.grown - self.stretch[0])
 
     @property
     def by_difference(self) -> Array:
@@ -250,14 +267,14 @@ class Path:
     @property
     def residuals(self) -> Array:
         """Distances of the model minus those that were seen [D_c], shape (frames,)."""
-        return np.interp(self.seen.times, self.times, self.distances) - self.seen.distances
+        return np.interp(self.seen.times, self.times, self.shown) - self.seen.distances
 
     def shifts(self, velocities: Array) -> Array:
         """Changes of the distance in the frames, (frames, columns), by changes of dU, (columns, distances)."""
         x, nodes = np.log(self.distances), np.log(self._columns[DISTANCE])
         stretch = np.interp(x, nodes, self._columns[STRETCH])
         along = np.array([np.interp(x, nodes, each) for each in np.atleast_2d(velocities)])
-        moved = self.grown * _integral(along / (stretch * self.grown), self.times)
+        moved = self.stretch * self.grown * _integral(along / (stretch * self.grown), self.times)
         return np.array([np.interp(self.seen.times, self.times, each) for each in moved]).T
 
     def parts(self) -> list[Array]:
@@ -274,8 +291,9 @@ class Path:
                     [each.powers.get("beta", 0.0) for each in model.uncertain]
                 )
             columns.append(of_inputs * [each.half_width / NORMAL for each in model.uncertain])
-        if any(each.pixel for each in model.films):
-            whole = seen.distances if seen.centres is None else seen.centres
+        if any(each.pixel for each in model.films):  # without the noise of what was seen, which a pixel does not change
+            between = 0.0 if seen.centres is None else self.place.here["beta"]
+            whole = between + np.interp(seen.times, self.times, self.shown)
             columns.append(-whole[:, None] * seen.pixel / NORMAL)
         if any(each.centres is not None for each in model.films):
             shape = SHAPE * self.place.here["beta"] if seen.centres is not None else 0.0

@@ -120,15 +120,20 @@ class Search:
         return max(len(seen.residuals) - len(self.numbers) - seen.by_state.shape[1] - parts, 1.0)
 
     def profile(self, k: int, log: float) -> float:
-        """The least sum of squares with the logarithm of unknown number k fixed."""
+        """The least sum of squares with the logarithm of unknown number k fixed.
+
+        Steps begin at minima of the nearest points of the grid, and at the nearest minimum over all numbers, as those
+        that begin far from the least sum of squares may end above it.
+        """
         near = [each for each in self._grid if abs(each.logs[k] - log) <= abs(self._axes[k] - log).min()]
         free = [other for other in range(len(self.numbers)) if other != k]
         costs = np.array([each.cost for each in near])
+        least = min(self.minima, key=lambda each: (round(abs(each.logs[k] - log), 2), each.cost))
         found = np.inf
-        for i in minima_of(costs):
-            logs = near[i].logs.copy()
+        for begin in [*(near[i] for i in minima_of(costs)), least]:
+            logs = begin.logs.copy()
             logs[k] = log
-            found = min(found, self.likelihood.best(logs, near[i].state, free).cost)
+            found = min(found, self.likelihood.best(logs, begin.state, free).cost)
         return found
 
     @cached_property
