@@ -11,9 +11,9 @@ from scipy.stats import t as student
 from support.commands import Pairsim
 
 import pairsim
-from pairsim.lab.rheometer.law_fits import Fit, described, each_fit, fits
+from pairsim.lab.rheometer.law_fits import Fit, Number, described, each_fit, fits
 from pairsim.lab.rheometer.measured import Measured
-from pairsim.lab.rheometer.rheology_of_case import keys_of, sentences
+from pairsim.lab.rheometer.rheology_of_case import _Key, keys_of, sentences
 from pairsim.physics.homogeneous import moduli, steady_shear
 from pairsim.physics.liquids import ConformationLaw, Liquid, Newtonian
 from pairsim.physics.liquids.carreau import Carreau
@@ -289,6 +289,12 @@ def test_a_pressure_gives_the_mean_velocity(pairsim: Pairsim, tmp_path: Path) ->
         wrong = pairsim("units", *bead[:6], "--over", "5cm", "--viscosity", "1Pa.s", "--flow", "1ul/min", *more)
         assert wrong.returncode == 2
         assert said in wrong.stderr
+
+
+def test_a_half_width_of_three_digits_is_written_without_an_exponent() -> None:
+    key = _Key("relaxation", 113.9, "ms", 1e3)
+    assert key.with_half_width(Number(0.1139, 0.0725, 0.2143)) == "113.9 +- 100 ms"
+    assert key.with_half_width(Number(0.1139, 0.1121, 0.115)) == "113.9 +- 1.8 ms"
 
 
 def test_half_widths_of_a_pressure_are_in_the_mean_velocity() -> None:

@@ -182,7 +182,7 @@ class _Key:
         half = self.factor * max(number.most - number.value, number.value - number.least)
         if not ROUNDED * self.number < half < self.number:
             return self.value
-        return f"{self.number:.4g}{PLUS_MINUS}{half:.2g} {self.unit}"
+        return f"{self.number:.4g}{PLUS_MINUS}{float(f'{half:.2g}'):g} {self.unit}"  # 100 rather than 1e+02
 
 
 def _keys(fit: Fit) -> dict[str, _Key]:
