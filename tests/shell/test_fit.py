@@ -182,6 +182,10 @@ def test_the_command_says_the_same(atlas: Path, tmp_path: Path, pairsim: Pairsim
     assert not (tmp_path / "film.png").exists()
     pairsim("fit", "film.csv", "case.yaml", "--atlas", str(atlas), "-o", ".")
     assert (tmp_path / "film.png").stat().st_size > 10_000
+    equal = pairsim("fit", "film.csv", "case.yaml", "--atlas", str(atlas), "--set", "physical.particle_difference=0 %")
+    assert "as fitted" in done.stdout
+    assert "as fitted" not in equal.stdout
+    assert equal.stdout.startswith("modulus = ")
     (tmp_path / "film.csv").write_text("t,d\n1,2\n")
     refused = pairsim("fit", "film.csv", "case.yaml", "--atlas", str(atlas))
     assert refused.returncode == 2

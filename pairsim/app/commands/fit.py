@@ -11,12 +11,18 @@ case.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 import pairsim
-from pairsim.app.options import Fps, Particles, Pixel
+from pairsim.app.options import Fps, Particles, Pixel, Settings
+from pairsim.cases.yaml_file import apply_settings, read_yaml
+from pairsim.questions.registry import QUESTIONS
+from pairsim.runtime.plain import Plain
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
 
 EXAMPLES = (
     "Examples: pairsim fit film.csv case.yaml | "
@@ -41,11 +47,19 @@ def fit(
     ] = None,
     atlas: Annotated[Path | None, typer.Option(help="Atlas file (default: those that ship).")] = None,
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Folder for a picture, film.png.")] = None,
+    set_: Settings = None,
 ) -> None:
+    given: Path | dict[str, Plain] = case
+    if set_:
+        from pairsim.cases.keys import groups_of
+
+        model: type[BaseModel] = QUESTIONS["curve"].model
+        given = read_yaml(case)
+        apply_settings(given, tuple(set_), groups_of(model))
     typer.echo("fit: trying values over the range of the atlas, some seconds", err=True)
     found = pairsim.fit(
         film,
-        case,
+        given,
         unknown=unknown or "modulus",
         exchanged=exchanged,
         atlas=atlas,
