@@ -186,6 +186,8 @@ def test_the_command_says_the_same(atlas: Path, tmp_path: Path, pairsim: Pairsim
     assert "as fitted" in done.stdout
     assert "as fitted" not in equal.stdout
     assert equal.stdout.startswith("modulus = ")
+    wrong = pairsim("fit", "film.csv", "case.yaml", "--atlas", str(atlas), "--set", "physical.tube=50 foo")
+    assert "case.yaml: physical.tube: got '50 foo'" in wrong.stderr
     (tmp_path / "film.csv").write_text("t,d\n1,2\n")
     refused = pairsim("fit", "film.csv", "case.yaml", "--atlas", str(atlas))
     assert refused.returncode == 2

@@ -19,6 +19,7 @@ import pairsim
 from pairsim.app.options import Fps, Particles, Pixel, Settings
 from pairsim.cases.yaml_file import apply_settings, read_yaml
 from pairsim.questions.registry import QUESTIONS
+from pairsim.runtime.errors import InputError
 from pairsim.runtime.plain import Plain
 
 if TYPE_CHECKING:
@@ -57,16 +58,21 @@ def fit(
         given = read_yaml(case)
         apply_settings(given, tuple(set_), groups_of(model))
     typer.echo("fit: trying values over the range of the atlas, some seconds", err=True)
-    found = pairsim.fit(
-        film,
-        given,
-        unknown=unknown or "modulus",
-        exchanged=exchanged,
-        atlas=atlas,
-        fps=fps,
-        pixel=pixel,
-        particles=particles,
-    )
+    try:
+        found = pairsim.fit(
+            film,
+            given,
+            unknown=unknown or "modulus",
+            exchanged=exchanged,
+            atlas=atlas,
+            fps=fps,
+            pixel=pixel,
+            particles=particles,
+        )
+    except InputError as error:
+        for each in error.mistakes:
+            each.file = str(case) if each.file == "case" else each.file  # of the keys of a file with settings
+        raise
     typer.echo(str(found))
     if output is not None:
         typer.echo(str(*found.plot(output)))
