@@ -26,6 +26,7 @@ from pairsim.app.options import (
 from pairsim.questions.registry import QUESTIONS
 from pairsim.record.folder import FIELDS_XDMF
 from pairsim.runtime.errors import BranchEnd, EnvironmentFailure, InputError, RunFailure
+from pairsim.runtime.interrupts import EXIT_CODE
 from pairsim.runtime.launcher import check_single
 from pairsim.runtime.signals import Signals
 
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
     from pairsim.computing.question import Flag, Question
     from pairsim.computing.result import Result
 
-EXIT_CODES = {"finished": 0, "failed": RunFailure.exit_code, "interrupted": 130}
+EXIT_CODES = {"finished": 0, "failed": RunFailure.exit_code, "interrupted": EXIT_CODE}
 """Exit code of a command, by status."""
 REASON_CODES = {kind.reason: kind.exit_code for kind in (EnvironmentFailure, BranchEnd)}
 """Exit codes of reasons that have their own."""

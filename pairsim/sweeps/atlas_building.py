@@ -24,15 +24,15 @@ from pairsim.runtime.errors import InputError
 from pairsim.runtime.plain import Plain
 from pairsim.runtime.version import __version__
 from pairsim.sweeps.atlas_curves import among, curve_folders, curves_in
-from pairsim.sweeps.atlas_file import AtlasFile, check_atlas
+from pairsim.sweeps.atlas_file import PER_ROUND, AtlasFile, check_atlas
+from pairsim.sweeps.atlas_grids import check_pairs, check_start, grid_of_curves, keys_at
 from pairsim.sweeps.atlas_recomputation import Recomputation
 from pairsim.sweeps.files import parse_file
-from pairsim.sweeps.grid import Grid, grid_from, read_base
-from pairsim.sweeps.sweep import Options, Workers, run_sweep
+from pairsim.sweeps.grid import Grid, read_base
+from pairsim.sweeps.sweep import Ending, Options, Workers, run_sweep
 from pairsim.sweeps.unequal_building import UnequalBuilding
 
 TABLE = "atlas.npz"
-EVERY = 6  # curves per round, half of them at random places; after each round the interpolant is fitted anew
 DISTANCES = 41  # distances at which the curves are sampled, evenly in log d: by a ratio of 1.12 from 0.02 to 2
 CANDIDATES = 512  # places among which those where the interpolant is least certain are chosen
 AT_EDGES = 0.35  # fraction of the coordinates of candidates that are moved to the nearer end of their range
@@ -40,7 +40,7 @@ SAME_PLACE = 1e-3  # differences of scaled coordinates below which a place count
 LEAST_ENDS = 0.02  # fraction of the largest De and Ca_e: where both are smaller, dU nearly vanishes and tells nothing
 
 
-def build(path: Path, folder: Path | None, options: Options, workers: Workers) -> tuple[int, str, Path]:
+def build(path: Path, folder: Path | None, options: Options, workers: Workers) -> tuple[Ending, Path]:
     """Compute the curves of an atlas file that have not been computed yet, and fit the atlas anew after each round.
 
     Args:
@@ -50,7 +50,7 @@ def build(path: Path, folder: Path | None, options: Options, workers: Workers) -
         workers: The executors that compute them.
 
     Returns:
-        Exit code and message of the last sweep, and the folder, in which the atlas is the file `TABLE`.
+        How the last sweep has ended, and the folder, in which the atlas is the file `TABLE`.
 
     Raises:
         InputError: The file is invalid, the folder belongs to another file, or the atlas in `start` has another box.
@@ -68,8 +68,7 @@ def build(path: Path, folder: Path | None, options: Options, workers: Workers) -
     candidates = _places(inner, np.where(draws[:, 3:] < AT_EDGES, np.round(draws[:, :3]), draws[:, :3]))
 
     def grid_of(places: Array, name: str) -> Grid:
-        cases: list[Plain] = [dict(zip(PARAMETERS, map(float, place), strict=True)) for place in places]
-        return grid_from(path, {"name": name, "command": "curve", "base": base, "cases": cases})
+        return grid_of_curves(path, name, base, map(keys_at, places))
 
     atlas = None
     if file.start:
@@ -78,30 +77,29 @@ def build(path: Path, folder: Path | None, options: Options, workers: Workers) -
             allowed = "must be an atlas of the same box and base: its box is different"
             raise InputError(str(path), "start", file.start, allowed)
         if file.recompute:
-            again = Recomputation(path, base, atlas, options)
-            return *again.build(directory, TABLE, workers), directory
+            again = Recomputation(path, file.start, base, atlas, options)
+            return again.build(directory, TABLE, workers), directory
         if file.of_unequal:
             building = UnequalBuilding(path, file, base, atlas, others, options)
-            return *building.build(directory, TABLE, workers), directory
+            return building.build(directory, TABLE, workers), directory
         random.fast_forward(int(atlas.curves.random.sum()))
         for other in others:
             atlas = joined(atlas, other, lambda place: grid_of(place, "start").cases[0].case, str(path))
-    code, message = 0, ""
-    for number in range(ceil(file.curves / EVERY)):
-        drawn = _places(inner, random.random(EVERY // 2))
+    for number in range(ceil(file.curves / PER_ROUND)):
+        drawn = _places(inner, random.random(PER_ROUND // 2))
         if atlas is None:
             chosen = _places(box, np.array([*product((0, 1), repeat=3)]))
         else:
-            chosen = fit.least_sure(atlas, candidates, EVERY // 2)
+            chosen = fit.least_sure(atlas, candidates, PER_ROUND // 2)
         if atlas is not None:
             drawn = drawn[~among(drawn, atlas.curves.places)]
         candidates = candidates[~among(candidates, np.concatenate([drawn, chosen]))]
         round_ = directory / f"round-{number:02d}"
         grid = grid_of(np.concatenate([drawn, chosen]), round_.name)
-        common = _common(grid, atlas, file, str(path))
-        code, message = run_sweep(grid, round_, options, workers)
-        if code not in (0, 3):
-            return code, message, directory
+        common = _common(grid, atlas, file, path)
+        ending = run_sweep(grid, round_, options, workers)
+        if not ending.to_the_end:
+            return ending, directory
         d = np.geomspace(*file.d, DISTANCES)
         curves = curves_in(curve_folders(round_), d, drawn if inner == box else drawn[:0])
         if atlas is not None:
@@ -109,22 +107,20 @@ def build(path: Path, folder: Path | None, options: Options, workers: Workers) -
         atlas = fit.fit(curves, d, box, {"pairsim": __version__, "case": common})
         atlas.save(directory / TABLE)
     assert atlas is not None
-    return code, f"{message}; {_known(atlas)}", directory
+    return ending.saying(_known(atlas)), directory
 
 
-def _common(grid: Grid, atlas: Atlas | None, file: AtlasFile, source: str) -> Mapping[str, Plain]:
+def _common(grid: Grid, atlas: Atlas | None, file: AtlasFile, source: Path) -> Mapping[str, Plain]:
     """The keys whose values all curves of a round share with each other, and with the atlas so far.
 
     Raises:
         InputError: The curves are not those of pairs, or not of the box and physics of the atlas.
     """
-    if (pair := grid.cases[0].case).n != 2:
-        raise InputError(source, "base.particles", pair.n, "must be 2: the curves of an atlas are those of pairs")
+    pair = grid.cases[0].case
+    check_pairs(pair, source)
     others = [plain(each.case.resolved()) for each in grid.cases[1:]]
     if atlas is not None:
-        if why := beyond(pair, atlas):
-            allowed = f"must be an atlas of the same box and base: {' and '.join(why)}"
-            raise InputError(source, "start", file.start, allowed)
+        check_start(atlas, pair, source, file.start)
         others.append(atlas.provenance["case"])
     first: dict[str, Plain] = plain(pair.resolved())
     return {key: value for key, value in first.items() if all(each.get(key) == value for each in others)}

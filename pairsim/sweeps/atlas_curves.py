@@ -26,6 +26,7 @@ from pairsim.record.columns import (
     U,
 )
 from pairsim.record.record import Record
+from pairsim.record.table_files import read_table
 from pairsim.runtime.arrays import Array, Flags
 from pairsim.runtime.errors import InputError
 
@@ -124,6 +125,21 @@ def unequal_curves_in(folders: Sequence[Path], d: Array) -> UnequalCurves:
     ends = np.array([[each.curve.table.of(U, side)[-1] for side in ("_T", "_L")] for each in found])
     random = np.ones(len(found), dtype=bool)
     return UnequalCurves(*beads, random, dU, errors, gradients_of(beads, by).swapaxes(0, 1), ends)
+
+
+def beads_in(folders: Sequence[Path]) -> tuple[Array, Array]:
+    """Read single beads from folders: beta, De and Ca_e, shape (beads, 3), and velocities [U_av], shape (beads,)."""
+    places, velocities = [], []
+    for folder in folders:
+        case = read_yaml(folder / "case.yaml")
+        places.append([float(cast("float", case[name])) for name in PARAMETERS])
+        velocities.append(_velocity(folder))
+    return np.array(places).reshape(-1, 3), np.array(velocities)
+
+
+def _velocity(folder: Path) -> float:
+    table = read_table(folder / "curve.csv")
+    return float(table.of(U, table.suffixes(U)[0])[0])
 
 
 def among(places: Array, known: Array) -> Flags:

@@ -16,6 +16,8 @@ Ends = tuple[Annotated[float, Field(ge=0)], Annotated[float, Field(ge=0)]]
 
 Ratios = tuple[Annotated[float, Field(gt=0)], Annotated[float, Field(gt=0)]]
 
+PER_ROUND = 6  # curves; after each round the atlas is fitted anew
+
 
 class AtlasFile(Keys):
     """An atlas file: a box of parameters, in which master curves are computed where they tell most."""
@@ -27,7 +29,10 @@ class AtlasFile(Keys):
     Ca_e: Ends = Field(description="smallest and largest elastic capillary number", examples=[[0, 0.1]])
     d: Ends = Field((0.02, 2.0), description="smallest and largest distance [D_c]")
     curves: Whole = Field(
-        0, ge=0, le=MOST_CASES, description="number of curves, in rounds of 6 (the first round has up to 11)"
+        0,
+        ge=0,
+        le=MOST_CASES,
+        description=f"number of curves, in rounds of {PER_ROUND} (the first round has up to {8 + PER_ROUND // 2})",
     )
     start: str | list[str] = Field(
         [],

@@ -24,7 +24,7 @@ from pairsim.sweeps.files import parse_file
 from pairsim.sweeps.grid import Grid, grid_from
 from pairsim.sweeps.study_file import StudyFile, check_study
 from pairsim.sweeps.study_table import ERROR, FAMILIES, MEASURED, ORDERS, REFERENCE, RELATIVE_ERROR, TABLE, families
-from pairsim.sweeps.sweep import Options, Workers, run_sweep, with_workers
+from pairsim.sweeps.sweep import Ending, Options, Workers, run_sweep, with_workers
 
 SAME = 1e-9  # relative tolerance at which two times or distances count as equal
 
@@ -51,29 +51,29 @@ def read_study(path: Path, settings: Sequence[str] = ()) -> tuple[StudyFile, Gri
 
 def compute_study(
     path: Path, folder: Path | None, options: Options, settings: Sequence[str] = ()
-) -> tuple[int, str, Path]:
+) -> tuple[Ending, Path]:
     """Compute the cases of a study that are not finished yet, and write study.csv and study.png into its folder.
 
     The arguments are those of `pairsim study`.
 
     Returns:
-        Exit code and message of its sweep, and the folder.
+        How its sweep has ended, and the folder.
 
     Raises:
         InputError: The study is invalid, the folder belongs to another one, or another command is writing to it.
     """
 
-    def compute(workers: Workers) -> tuple[int, str, Path]:
+    def compute(workers: Workers) -> tuple[Ending, Path]:
         from pairsim.sweeps.study_plots import plot_study
 
         file, grid = read_study(path, settings)
         directory = folder or RUNS / grid.name
-        code, message = run_sweep(grid, directory, options, workers)
+        ending = run_sweep(grid, directory, options, workers)
         table = study_table(file, grid, directory).dropna(axis="columns", how="all").convert_dtypes()
         rows = table.astype(object).where(table.notna(), None).to_numpy().tolist()
         write_text(directory / TABLE, table_text(list(table.columns), rows))
         plot_study(directory)
-        return code, message, directory
+        return ending, directory
 
     return with_workers(compute)
 

@@ -13,13 +13,14 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from queue import Empty, SimpleQueue
-from typing import cast
+from typing import NamedTuple, cast
 
 from pairsim.computing.progress import Reporter
 from pairsim.physics.own_laws import OWN
 from pairsim.record.folder import write_text
 from pairsim.record.table_files import table_text
-from pairsim.runtime.errors import Argument, EnvironmentFailure, InputError
+from pairsim.runtime.errors import Argument, EnvironmentFailure, InputError, RunFailure
+from pairsim.runtime.interrupts import EXIT_CODE
 from pairsim.runtime.launcher import communicator
 from pairsim.runtime.locks import command_line, sole_writer
 from pairsim.runtime.signals import ENDING, Signals, name_of
@@ -33,7 +34,28 @@ POLL = 0.1  # interval at which signals are checked [s]
 EVERY = 10.0  # least time between two writings of results.csv [s]; with 10,000 cases one takes half a second
 MACHINE = ("write_failed", "out_of_memory", "refused", EnvironmentFailure.reason)
 """Reasons of failures that are due to the machine, not to the case: the next command computes such cases again."""
-INTERRUPTED = 130  # exit code of a sweep that was interrupted
+
+
+class Ending(NamedTuple):
+    """How a sweep has ended.
+
+    Attributes:
+        exit_code: Of the command: 0 if no case has failed, 3 if some have, 4 if the environment is at fault, 130 if it
+            was interrupted.
+        message: What users read.
+    """
+
+    exit_code: int
+    message: str
+
+    @property
+    def to_the_end(self) -> bool:
+        """Whether the sweep has not been stopped: all its cases are finished or have failed."""
+        return self.exit_code in (0, RunFailure.exit_code)
+
+    def saying(self, more: str) -> Ending:
+        """The same ending with a longer message."""
+        return self._replace(message=f"{self.message}; {more}")
 
 
 @dataclass(frozen=True)
@@ -101,11 +123,8 @@ def _signals_left_to_the_first(rank: int) -> Iterator[None]:
             signal.signal(number, handler)
 
 
-def run_sweep(grid: Grid, directory: Path, options: Options, workers: Workers) -> tuple[int, str]:
+def run_sweep(grid: Grid, directory: Path, options: Options, workers: Workers) -> Ending:
     """Compute the cases of a grid that are not finished, in a new folder or in that of an earlier sweep of this grid.
-
-    Returns:
-        Exit code (0: no case has failed; 3: some have; 4: the environment is at fault; 130: interrupted) and message.
 
     Raises:
         InputError: The folder belongs to another grid, or another sweep is writing to it.
@@ -138,18 +157,18 @@ class _Sweep:
         self.code, self.why = 0, ""
         self._written = 0.0
 
-    def run(self) -> tuple[int, str]:
-        """Compute all tasks; returns exit code and message."""
+    def run(self) -> Ending:
+        """Compute all tasks."""
         cases = len(self.cases)
         self.reporter.start(self.record.name, f"{cases} cases, {cases - self.count} to do", cases)
         try:
             self._write_results()
             while self.running or (self.todo and not self.why):
                 if self.options.signals is not None and (number := self.options.signals.number):
-                    self._stop(INTERRUPTED, name_of(number))
+                    self._stop(EXIT_CODE, name_of(number))
                 self._step()
         except KeyboardInterrupt as interrupt:  # a second Ctrl-C
-            self._stop(INTERRUPTED, str(interrupt) or name_of(signal.SIGINT))
+            self._stop(EXIT_CODE, str(interrupt) or name_of(signal.SIGINT))
         except BaseException:
             self._stop(1, "stopped")  # executors wait for their tasks
             raise
@@ -209,7 +228,7 @@ class _Sweep:
         write_text(self.directory / "results.csv", table_text(*self.record.results()))
         self._written = time.monotonic()
 
-    def _verdict(self) -> tuple[int, str]:
+    def _verdict(self) -> Ending:
         count = self.record.counts
         failed, pending = count["failed"], len(self.cases) - count["finished"] - count["failed"]
         parts = [f"{count['finished']} of {len(self.cases)} cases finished"]
@@ -219,13 +238,13 @@ class _Sweep:
         text = ", ".join(parts)
         for warning in summarised(list(self.cases.values())):
             self.reporter.say(f"warning: {warning}")
-        if self.code == INTERRUPTED:
-            return self.code, f"stopped by {self.why}; {text}; the same command continues it"
+        if self.code == EXIT_CODE:
+            return Ending(self.code, f"stopped by {self.why}; {text}; the same command continues it")
         if self.why:
-            return self.code, f"{self.why}; {text}"
+            return Ending(self.code, f"{self.why}; {text}")
         if failed:
-            return 3, f"{text}; pairsim status {self.directory} lists the reasons"
-        return (INTERRUPTED if pending else 0), text
+            return Ending(RunFailure.exit_code, f"{text}; pairsim status {self.directory} lists the reasons")
+        return Ending(EXIT_CODE if pending else 0, text)
 
 
 def _result(future: Future[CaseState], folder: str) -> CaseState:

@@ -6,7 +6,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import ceil
 from pathlib import Path
-from typing import cast
 
 import numpy as np
 from scipy.stats import qmc
@@ -14,21 +13,16 @@ from scipy.stats import qmc
 from pairsim.atlas.atlas import PARAMETERS, Atlas
 from pairsim.atlas.unequal import UnequalCurves, outside_of
 from pairsim.atlas.unequal_fit import left_out, with_unequal
-from pairsim.cases.coverage import beyond
-from pairsim.cases.yaml_file import read_yaml
-from pairsim.record.columns import U
-from pairsim.record.table_files import read_table
 from pairsim.runtime.arrays import Array
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.plain import Plain
-from pairsim.sweeps.atlas_curves import among, curve_folders, unequal_curves_in
-from pairsim.sweeps.atlas_file import AtlasFile
-from pairsim.sweeps.grid import Grid, grid_from
-from pairsim.sweeps.sweep import Options, Workers, run_sweep
+from pairsim.sweeps.atlas_curves import among, beads_in, curve_folders, unequal_curves_in
+from pairsim.sweeps.atlas_file import PER_ROUND, AtlasFile
+from pairsim.sweeps.atlas_grids import check_pairs, check_start, grid_of_beads, grid_of_curves
+from pairsim.sweeps.grid import Grid
+from pairsim.sweeps.sweep import Ending, Options, Workers, run_sweep
 
-EVERY = 6  # curves per round; after each round the atlas is fitted anew
 STRETCH = 1.25  # factor by which draws are stretched about their middle: a fifth are then at ends of the range; chosen
-OF_BEADS = "5%"  # `accuracy` of single beads, with which their velocities are known to 3e-5
 SEED_OF_BEADS = 2  # added to the seed of the file
 type Ends = tuple[float, float]
 
@@ -68,10 +62,8 @@ class UnequalBuilding:
         assert self.file.moduli is not None
         return self.file.moduli
 
-    def build(self, directory: Path, table: str, workers: Workers) -> tuple[int, str]:
+    def build(self, directory: Path, table: str, workers: Workers) -> Ending:
         """Compute the curves that have not been computed yet, and write the atlas after each round.
-
-        Returns exit code and message.
 
         Raises:
             InputError: The atlas has other ratios, another box or other cases.
@@ -84,29 +76,27 @@ class UnequalBuilding:
         singles = (np.zeros((0, 3)), np.zeros(0)) if before is None else before.beads.singles
         for other in self.others:
             curves = _joined(self.atlas, curves, other, str(self.path))
-        code, message = 0, ""
         if self.file.beads:
             folder = directory / "beads"
-            code, message = run_sweep(
-                self._grid_of_beads(folder.name), folder, replace(self.options, flags={}), workers
-            )
-            if code not in (0, 3):
-                return code, message
+            options = replace(self.options, flags={})
+            ending = run_sweep(self._grid_of_beads(folder.name), folder, options, workers)
+            if not ending.to_the_end:
+                return ending
             singles = beads_in(curve_folders(folder))
         random = qmc.Halton(5, rng=np.random.default_rng(self.file.seed))
         random.fast_forward(0 if curves is None else int(curves.random.sum()))
-        for number in range(ceil(self.file.curves / EVERY)):
+        for number in range(ceil(self.file.curves / PER_ROUND)):
             folder = directory / f"round-{number:02d}"
-            grid = self._grid_of_pairs(random.random(EVERY), folder.name)
-            code, message = run_sweep(grid, folder, self.options, workers)
-            if code not in (0, 3):
-                return code, message
+            grid = self._grid_of_pairs(random.random(PER_ROUND), folder.name)
+            ending = run_sweep(grid, folder, self.options, workers)
+            if not ending.to_the_end:
+                return ending
             found = unequal_curves_in(curve_folders(folder), self.atlas.d)
             curves = found if curves is None else curves + found
             atlas = with_unequal(self.atlas, curves, singles, self.ratios)
             atlas.save(directory / table)
         assert curves is not None
-        return code, f"{message}; {_known(atlas, curves)}"
+        return ending.saying(_known(atlas, curves))
 
     def _grid_of_pairs(self, x: Array, name: str) -> Grid:
         """The cases of the pairs at coordinates `x` from 0 to 1, shape (pairs, 5).
@@ -114,18 +104,12 @@ class UnequalBuilding:
         Raises:
             InputError: The base is not that of pairs, or not of the box and physics of the atlas.
         """
-        cases: list[Plain] = [*pairs_at(x, self.file, self._diameters, self._moduli)]
-        grid = grid_from(self.path, {"name": name, "command": "curve", "base": self.base, "cases": cases})
-        if (pair := grid.cases[0].case).n != 2:
-            raise InputError(
-                str(self.path), "base.particles", pair.n, "must be 2: the curves of an atlas are those of pairs"
-            )
-        numbers = {"beta": pair.betas[0], "De": pair.De, "Ca_e": pair.Ca_es[0]}
-        equal: list[Plain] = [numbers]
-        alike = grid_from(self.path, {"name": name, "command": "curve", "base": self.base, "cases": equal})
-        if why := beyond(alike.cases[0].case, self.atlas):
-            allowed = f"must be an atlas of the same box and base: {' and '.join(why)}"
-            raise InputError(str(self.path), "start", self.file.start, allowed)
+        grid = grid_of_curves(self.path, name, self.base, pairs_at(x, self.file, self._diameters, self._moduli))
+        pair = grid.cases[0].case
+        check_pairs(pair, self.path)
+        equal = {"beta": pair.betas[0], "De": pair.De, "Ca_e": pair.Ca_es[0]}
+        alike = grid_of_curves(self.path, name, self.base, [equal]).cases[0].case
+        check_start(self.atlas, alike, self.path, self.file.start)
         return grid
 
     def _grid_of_beads(self, name: str) -> Grid:
@@ -164,30 +148,6 @@ def _to_the_ends(x: Array) -> Array:
 
 def _in_logarithms(ends: Ends, part: float) -> float:
     return float(ends[0] * (ends[1] / ends[0]) ** part)
-
-
-def grid_of_beads(path: Path, name: str, base: Mapping[str, Plain], places: Array) -> Grid:
-    """The sweep of a name over single beads of an atlas file, at places (beta, De, Ca_e), shape (beads, 3)."""
-    cases: list[Plain] = [dict(zip(PARAMETERS, map(float, each), strict=True)) for each in places]
-    shared = {key: value for key, value in base.items() if key not in ("d", "tol")}
-    coarse = {} if "mesh" in shared else {"accuracy": OF_BEADS}
-    alone: Plain = {**shared, **coarse, "particles": 1}
-    return grid_from(path, {"name": name, "command": "curve", "base": alone, "cases": cases})
-
-
-def beads_in(folders: Sequence[Path]) -> tuple[Array, Array]:
-    """Read single beads from folders: beta, De and Ca_e, shape (beads, 3), and velocities [U_av], shape (beads,)."""
-    places, velocities = [], []
-    for folder in folders:
-        case = read_yaml(folder / "case.yaml")
-        places.append([float(cast("float", case[name])) for name in PARAMETERS])
-        velocities.append(_velocity(folder))
-    return np.array(places).reshape(-1, 3), np.array(velocities)
-
-
-def _velocity(folder: Path) -> float:
-    table = read_table(folder / "curve.csv")
-    return float(table.of(U, table.suffixes(U)[0])[0])
 
 
 def _joined(atlas: Atlas, curves: UnequalCurves | None, other: Atlas, source: str) -> UnequalCurves | None:

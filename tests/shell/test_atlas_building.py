@@ -59,7 +59,7 @@ def test_curves_are_computed_and_made_into_an_atlas(equal: tuple[Path, Atlas, st
 
 @pytest.mark.slow
 def test_curves_are_added_in_a_part_of_the_box(equal: tuple[Path, Atlas, str], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(atlas_building, "EVERY", 2)
+    monkeypatch.setattr(atlas_building, "PER_ROUND", 2)
     folder, _, _ = equal
     start = f"start: {folder / 'equal' / 'atlas.npz'}\n"
     more, said = build(folder, "more", f"{BOX}{BASE}{start}curves: 2\nwithin: {{beta: [0.36, 0.4]}}\n")
@@ -76,7 +76,7 @@ def test_curves_are_added_in_a_part_of_the_box(equal: tuple[Path, Atlas, str], m
 
 @pytest.mark.slow
 def test_unequal_curves_are_computed_and_added(equal: tuple[Path, Atlas, str], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(unequal_building, "EVERY", 4)
+    monkeypatch.setattr(unequal_building, "PER_ROUND", 4)
     folder, before, _ = equal
     ratios = f"diameters: [0.9, 1.1]\nmoduli: [0.5, 2]\nstart: {folder / 'equal' / 'atlas.npz'}\n"
     atlas, said = build(folder, "unequal", f"{BOX}{BASE}{ratios}curves: 4\nbeads: 4\n")

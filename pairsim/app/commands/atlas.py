@@ -59,5 +59,5 @@ def atlas(
 
     with Signals(final=True) as signals:
         options = Options(case_timeout, not quiet, signals)
-        result = with_workers(lambda those: build(file, folder, options, those), count=workers)
-    end(*result)
+        ending, made = with_workers(lambda those: build(file, folder, options, those), count=workers)
+    end(*ending, made)

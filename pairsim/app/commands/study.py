@@ -33,6 +33,6 @@ def study(
 
     with Signals(final=True) as signals:
         options = Options(case_timeout, not quiet, signals)
-        code, message, made = compute_study(file, folder, options, set_ or ())
+        ending, made = compute_study(file, folder, options, set_ or ())
     after = f"{made}/study.csv has errors and times, {made}/study.png draws them"
-    end(code, message, made, "" if quiet else after)
+    end(*ending, made, "" if quiet else after)
