@@ -97,6 +97,27 @@ class Interpolated:
     by_difference: Array | None  # that by the difference of the diameters over their mean; None where not known
 
 
+@dataclass(frozen=True)
+class AboutMeans:
+    """Functions of scaled places that vary less than dU, interpolated without derivatives."""
+
+    kriging: Kriging  # of the functions less their means
+    means: Array  # over the places where they are known, shape (functions,)
+
+    @classmethod
+    def of(cls, x: Array, values: Array) -> AboutMeans:
+        """The functions of these values, shape (places, functions), at places `x`, (places, 3); nan where not known."""
+        known = values[np.isfinite(values).all(axis=1)]
+        means, size = known.mean(axis=0), known.std(axis=0).max() or 1.0
+        data = np.full((1 + x.shape[1], *values.shape), np.nan)
+        data[0] = values - means
+        return cls(Kriging.of(x, data, np.full(data.shape[:2], ERROR_OF_OTHERS * size), SMOOTH, ()), means)
+
+    def __call__(self, x: Array) -> Array:
+        """The functions at places, shape (places, functions)."""
+        return np.asarray(self.kriging(x)[0][0] + self.means)
+
+
 class Provenance(TypedDict):
     """The origin of the curves of an atlas."""
 
@@ -163,30 +184,17 @@ class Atlas:
         return self.curves.kriging(self.box, self.settings)
 
     @cached_property
-    def others(self) -> tuple[Kriging, Array]:
-        """The kriging of `Curves.others` at all distances, one after the other, less their means, and these means."""
-        values = self.curves.others.reshape(len(self.curves.others), -1)
-        means, size = values.mean(axis=0), values.std(axis=0).max() or 1.0
-        data = np.full((4, *values.shape), np.nan)
-        data[0] = values - means
-        return Kriging.of(self.dU.places, data, np.full(data.shape[:2], ERROR_OF_OTHERS * size), SMOOTH, ()), means
+    def others(self) -> AboutMeans:
+        """`Curves.others`, at all distances one after the other."""
+        return AboutMeans.of(self.dU.places, self.curves.others.reshape(len(self.curves.others), -1))
 
     @cached_property
-    def by_difference(self) -> tuple[Kriging, Array] | None:
-        """The kriging of `Curves.differences` over beta ** 2, less their means, and these means.
-
-        None where too few are known.
-        """
+    def by_difference(self) -> AboutMeans | None:
+        """`Curves.differences` over beta ** 2; None where too few are known."""
         values = self.curves.differences / self.curves.places[:, :1] ** 2
-        known = np.isfinite(values).all(axis=1)
-        if known.sum() < ENOUGH:
+        if np.isfinite(values).all(axis=1).sum() < ENOUGH:
             return None
-        means = values[known].mean(axis=0)
-        size = values[known].std(axis=0).max()
-        data = np.full((4, *values.shape), np.nan)
-        data[0] = values - means
-        errors = np.full(data.shape[:2], ERROR_OF_OTHERS * size)
-        return Kriging.of(self.dU.places, data, errors, SMOOTH, ()), means
+        return AboutMeans.of(self.dU.places, values)
 
     @cached_property
     def own(self) -> Array:
@@ -252,8 +260,8 @@ class Atlas:
             return self.of_unequal.by_difference(np.asarray(places, dtype=float))
         if self.by_difference is None:
             return None
-        (smooth, means), places = self.by_difference, np.asarray(places, dtype=float)
-        return np.asarray(places[:, :1] ** 2 * (smooth(scaled(self.box, places)[0])[0][0] + means))
+        places = np.asarray(places, dtype=float)
+        return np.asarray(places[:, :1] ** 2 * self.by_difference(scaled(self.box, places)[0]))
 
     def at(self, beta: float, De: float, Ca_e: float) -> Interpolated:
         """The curve at a place in the box.
@@ -268,8 +276,7 @@ class Atlas:
         x, slopes = scaled(self.box, place)
         by = beta**POWER * self.dU(x)[0][1:, 0] * slopes.T
         by[0] += POWER / beta * dU
-        others, means = self.others
-        U, stretch, t_relax = (others(x)[0][0, 0] + means).reshape(3, -1)
+        U, stretch, t_relax = self.others(x)[0].reshape(3, -1)
         slope = np.gradient(dU, np.log(self.d), edge_order=2) / self.d
         changes = self.changes_by_difference(place)
         by_difference = None if changes is None else changes[0]

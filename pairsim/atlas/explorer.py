@@ -35,7 +35,6 @@ class Content(TypedDict):
 
 
 def _content(liquid: str, atlas: Atlas) -> Content:
-    others, means = atlas.others
     root = [row[: i + 1] for i, row in enumerate(atlas.dU.root)]  # lower triangular
     return {
         "liquid": liquid,
@@ -44,6 +43,6 @@ def _content(liquid: str, atlas: Atlas) -> Content:
         "widths": atlas.widths,
         "own": atlas.own,
         "dU": {**vars(atlas.dU), "root": root, "vanishing": True},
-        "others": {**vars(others), "root": [], "vanishing": False},
-        "means": means,
+        "others": {**vars(atlas.others.kriging), "root": [], "vanishing": False},
+        "means": atlas.others.means,
     }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -19,6 +19,7 @@ FIRST = (1.0, 1.0, 1.0, 3e-3, 0.4, 2e-2, 2e-2)
 
 Derivatives by beta are the least accurate: they lack the estimate of the error of dU, which changes with the mesh.
 """
+CLOSE = 1e-4  # tolerance of the logarithms of settings, and of what is minimised; that of scipy
 FURTHEST = 4.0  # largest difference of settings from the first guess, in logarithms; chosen
 
 
@@ -34,22 +35,35 @@ def fit(curves: Curves, d: Array, box: Mapping[str, Sequence[float]], provenance
         box: Least and largest beta, De, Ca_e and d.
         provenance: Their origin.
     """
+    settings = most_probable(FIRST, lambda those: curves.kriging(box, those).left_out(), tolerance=CLOSE)
+    return Atlas(box, provenance, d, settings, widths_of(curves, box, settings), curves)
+
+
+def most_probable(
+    first: Sequence[float], left_out: Callable[[Array], tuple[Array, Array]], *, tolerance: float
+) -> Array:
+    """The settings that make data, left out one place at a time, most probable.
+
+    Args:
+        first: The first guess, shape (settings,).
+        left_out: Returns residuals, shape (places, functions), and standard deviations, (places,), for some settings.
+        tolerance: Of the logarithms of the settings, and of what is minimised.
+    """
 
     def badness(logs: Array) -> float:
-        if np.abs(logs - np.log(FIRST)).max() > FURTHEST:
+        if np.abs(logs - np.log(first)).max() > FURTHEST:
             return float("inf")
         with np.errstate(all="ignore"):
             try:
-                residuals, spreads = curves.kriging(box, np.exp(logs)).left_out()
-            except np.linalg.LinAlgError:  # lengths so long that all curves are one to rounding
+                residuals, spreads = left_out(np.exp(logs))
+            except np.linalg.LinAlgError:  # lengths so long that all places are one to rounding
                 return float("inf")
             widths = np.mean(np.abs(residuals) / spreads[:, None], axis=0)
             return float(np.mean(np.log(widths)) + np.mean(np.log(spreads)))
 
-    start = np.log(FIRST) + np.concatenate([np.zeros((1, len(FIRST))), np.eye(len(FIRST))])
-    best = scipy.optimize.minimize(badness, start[0], method="Nelder-Mead", options={"initial_simplex": start})
-    settings = np.exp(best.x)
-    return Atlas(box, provenance, d, settings, widths_of(curves, box, settings), curves)
+    start = np.log(first) + np.concatenate([np.zeros((1, len(first))), np.eye(len(first))])
+    options = {"initial_simplex": start, "xatol": tolerance, "fatol": tolerance}
+    return np.exp(scipy.optimize.minimize(badness, start[0], method="Nelder-Mead", options=options).x)
 
 
 def widths_of(curves: Curves, box: Mapping[str, Sequence[float]], settings: Array) -> Array:

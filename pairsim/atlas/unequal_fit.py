@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-import scipy.optimize
 
 from pairsim.atlas.atlas import Atlas
-from pairsim.atlas.fit import COVERED, FURTHEST, NEIGHBOURS
+from pairsim.atlas.fit import COVERED, NEIGHBOURS, most_probable
 from pairsim.atlas.single_beads import SingleBeads
 from pairsim.atlas.unequal import POWER_OF_REST, Unequal, UnequalAtlas, UnequalCurves
 from pairsim.runtime.arrays import Array
@@ -49,7 +48,7 @@ def with_unequal(
     model = UnequalAtlas(atlas, Unequal(ratios, np.array(FIRST), np.ones(len(atlas.d)), curves, beads))
     places, data = model.data_of(curves)
     inner = data[:, :, :-1]  # at the largest distance the rest is zero
-    settings = _most_probable(FIRST, lambda those: _left_out(model, places, inner, those))
+    settings = most_probable(FIRST, lambda those: _left_out(model, places, inner, those), tolerance=CLOSE)
     widths = widths_by(*_left_out(model, places, data, settings))
     return replace(atlas, unequal=Unequal(ratios, settings, widths, curves, beads))
 
@@ -79,29 +78,8 @@ def _beads(atlas: Atlas, curves: UnequalCurves, singles: tuple[Array, Array]) ->
     slopes = np.concatenate([by_beta, np.full(len(places) - len(by_beta), np.nan)])
     alone = np.arange(len(places)) >= len(places) - len(singles[1])
     first = SingleBeads(atlas.box, places, velocities, slopes, alone, np.array(FIRST_OF_BEADS))
-    return replace(first, settings=_most_probable(FIRST_OF_BEADS, lambda those: first.kriging_by(those).left_out()))
-
-
-def _most_probable(first: Sequence[float], left_out: Callable[[Array], tuple[Array, Array]]) -> Array:
-    """Settings that make the data, left out one place at a time, most probable, from a first guess.
-
-    `left_out` returns residuals, shape (places, functions), and standard deviations, (places,), for some settings.
-    """
-
-    def badness(logs: Array) -> float:
-        if np.abs(logs - np.log(first)).max() > FURTHEST:
-            return float("inf")
-        with np.errstate(all="ignore"):
-            try:
-                residuals, spreads = left_out(np.exp(logs))
-            except np.linalg.LinAlgError:  # lengths so long that all are one to rounding
-                return float("inf")
-            widths = np.mean(np.abs(residuals) / spreads[:, None], axis=0)
-            return float(np.mean(np.log(widths)) + np.mean(np.log(spreads)))
-
-    start = np.log(first) + np.concatenate([np.zeros((1, len(first))), np.eye(len(first))])
-    options = {"initial_simplex": start, "xatol": CLOSE, "fatol": CLOSE}
-    return np.exp(scipy.optimize.minimize(badness, start[0], method="Nelder-Mead", options=options).x)
+    settings = most_probable(FIRST_OF_BEADS, lambda those: first.kriging_by(those).left_out(), tolerance=CLOSE)
+    return replace(first, settings=settings)
 
 
 def left_out(atlas: UnequalAtlas) -> Array:
