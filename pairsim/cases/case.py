@@ -325,7 +325,7 @@ class SceneCase(Keys):
             return self.length
         if self.ends == "developed":  # `length: auto`, which is the default
             return self.cluster + 2 * self.margin
-        return 50 * max(self.betas) if self.n else 10.0
+        return PERIODIC_LENGTH * max(self.betas) if self.n else 10.0
 
     @property
     def margin(self) -> float:
@@ -408,6 +408,7 @@ ELASTIC_MARGINS = 3.0, 6.0
 # it: 0.03 % at seven times the length in the exponent (measured in docs/explanation/decisions.md).
 MEMORIES = 7.0
 LONGEST_WAKE = 60.0  # [D_c]; chosen
+PERIODIC_LENGTH = 50.0  # default of the length of the tube with periodic ends, over the largest diameter; chosen
 FREE_ENDS = 0.5  # least length of tube between the particles and each end [D_c]
 
 

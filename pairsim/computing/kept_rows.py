@@ -43,16 +43,21 @@ class KeptRows:
     file: Path
 
     @classmethod
-    def of(cls, case: SceneCase, problem: SteadyProblem, alone: Parameters, **more: Any) -> Self:
+    def of(
+        cls, case: SceneCase, problem: SteadyProblem, alone: Parameters, *, most: int, by_particle: bool, least: float
+    ) -> Self:
         """The file of the rows of a case, by the hash of all that they depend on.
 
         Args:
             case: The case, for the sources of users' laws.
             problem: The problem of a single particle.
             alone: The materials of a single particle.
-            more: Anything else that the rows depend on, by name.
+            most, by_particle, least: As for `short_rows`.
         """
-        of = {"problem": repr(problem), "alone": repr(alone), "laws": sources_of(case), "numerics": _numerics(), **more}
+        of = {
+            **{"problem": repr(problem), "alone": repr(alone), "laws": sources_of(case), "numerics": _numerics()},
+            **{"most": most, "by_particle": by_particle, "least": least},
+        }
         key = hashlib.sha256(json.dumps(of, sort_keys=True).encode()).hexdigest()
         return cls(cache_folder() / "rows" / f"{key[:32]}.npz")
 

@@ -66,54 +66,49 @@ FREQUENCY = Column(
     RATE,
     half_width="frequency_error",
 )
-WAVE = (
-    K,
-    GROWTH,
-    Column(
-        "growth_error",
-        r"\epsilon_\mathrm{Re}",
-        "half-width of the interval of growth: error due to the mesh and the last term of the series in the rate of "
-        "change; in train.csv, also due to beads beyond the cell",
-        RATE,
-    ),
+GROWTH_ERROR = Column(
+    "growth_error",
+    r"\epsilon_\mathrm{Re}",
+    "half-width of the interval of growth: error due to the mesh and the last term of the series in the rate of "
+    "change; in train.csv, also due to beads beyond the cell",
+    RATE,
 )
 SPECTRUM = Columns(
-    *WAVE,
-    FREQUENCY,
+    *(K, GROWTH, GROWTH_ERROR, FREQUENCY),
     Column("frequency_error", r"\epsilon_\mathrm{Im}", "half-width of the interval of frequency", RATE),
 )
-VERDICT = "orders: all waves decay; clusters: some grow; neither: all keep their size; undecided: not certain"
+VERDICT = Column(
+    "verdict", "", "orders: all waves decay; clusters: some grow; neither: all keep their size; undecided: not certain"
+)
+SPACING = Column("spacing", "s", "distance between the centres of neighbours", LENGTH)
 D = Column("d", "d", "distance between the facing surfaces of neighbours", LENGTH, half_width="d_error")
+DIFFUSION = Column("diffusion", "C", "C in the growth rate -C k^2 of long waves", RATE, half_width="diffusion_error")
+DIFFUSION_ERROR = Column("diffusion_error", r"\epsilon_C", "half-width of the interval of C", RATE)
+TUBE = Column(
+    "tube",
+    "L",
+    "length of tube within which the spread of the distances falls to a tenth (clusters: grows tenfold); empty unless "
+    "the train certainly orders or certainly clusters",
+    LENGTH,
+    unknown=True,
+)
+TUBE_LEAST = Column(
+    "tube_least",
+    r"L_\mathrm{min}",
+    "smallest such length within the intervals of the growth rates of all waves",
+    LENGTH,
+    unknown=True,
+)
+TUBE_MOST = Column(
+    "tube_most",
+    r"L_\mathrm{max}",
+    "largest such length within the intervals of the growth rates of all waves",
+    LENGTH,
+    unknown=True,
+)
 TRAIN = Columns(
-    Column("spacing", "s", "distance between the centres of neighbours", LENGTH),
-    *(D, D_ERROR, U, U_ERROR),
-    Column("verdict", "", VERDICT),
-    *WAVE,
-    Column("diffusion", "C", "C in the growth rate -C k^2 of long waves", RATE, half_width="diffusion_error"),
-    Column("diffusion_error", r"\epsilon_C", "half-width of the interval of C", RATE),
-    Column(
-        "tube",
-        "L",
-        "length of tube within which the spread of the distances falls to a tenth (clusters: grows tenfold); empty "
-        "unless the train certainly orders or certainly clusters",
-        LENGTH,
-        unknown=True,
-    ),
-    Column(
-        "tube_least",
-        r"L_\mathrm{min}",
-        "smallest such length within the intervals of the growth rates of all waves",
-        LENGTH,
-        unknown=True,
-    ),
-    Column(
-        "tube_most",
-        r"L_\mathrm{max}",
-        "largest such length within the intervals of the growth rates of all waves",
-        LENGTH,
-        unknown=True,
-    ),
-    T_RELAX,
+    *(SPACING, D, D_ERROR, U, U_ERROR, VERDICT, K, GROWTH, GROWTH_ERROR),
+    *(DIFFUSION, DIFFUSION_ERROR, TUBE, TUBE_LEAST, TUBE_MOST, T_RELAX),
 )
 """The columns of train.csv, which has one row."""
 POSITION_OF_ROW = Column(
@@ -304,6 +299,13 @@ def draw(folder: Path, out: Path, page: Page) -> list[Path]:
     return draw_train(folder, out, page)
 
 
+def _in_sweeps(case: TrainCase) -> tuple[str, ...]:
+    """The columns of results.csv, whose values are those of train.csv."""
+    place = (D, D_ERROR) if case.train.transition else ()
+    found = (VERDICT, GROWTH, GROWTH_ERROR, DIFFUSION, DIFFUSION_ERROR, TUBE, TUBE_LEAST, TUBE_MOST)
+    return tuple(column.name for column in (*place, *found))
+
+
 QUESTION = Question(
     __name__,
     model=TrainCase,
@@ -326,11 +328,6 @@ QUESTION = Question(
         "row": "Distances of a row of beads along the tube, and those at the inlet and at the outlet",
         "kymograph": "Positions of the beads of a row relative to its middle, on their way along the tube",
     },
-    in_sweeps=InSweeps(
-        lambda case: (
-            *(("d", "d_error") if case.train.transition else ()),
-            *("verdict", "growth", "growth_error", "diffusion", "diffusion_error", "tube", "tube_least", "tube_most"),
-        )
-    ),
+    in_sweeps=InSweeps(_in_sweeps),
     examples="Examples: pairsim train configs/train.yaml | pairsim train case.yaml -o out --set d=0.2",
 )

@@ -18,14 +18,33 @@ from pairsim.computing.warnings import beyond_checked, coarse_mesh
 from pairsim.computing.workers import Workers
 from pairsim.quantities.kinds import LENGTH, POSITION, RATE, VELOCITY
 from pairsim.quantities.text import in_unit, with_name
-from pairsim.questions.train import OF_A_ROW, SENTENCES, SPECTRUM, TRAIN, TrainCase, work
+from pairsim.questions.train import (
+    DIFFUSION,
+    DIFFUSION_ERROR,
+    GROWTH,
+    GROWTH_ERROR,
+    OF_A_ROW,
+    SENTENCES,
+    SPACING,
+    SPECTRUM,
+    TRAIN,
+    TUBE,
+    TUBE_LEAST,
+    TUBE_MOST,
+    VERDICT,
+    D,
+    K,
+    TrainCase,
+    work,
+)
 from pairsim.questions.train.row import first_gaps, follow
+from pairsim.record.column import Column, table_row
+from pairsim.record.columns import D_ERROR, T_RELAX, U_ERROR, U
 from pairsim.record.run_entries import SIZE
 from pairsim.runtime.errors import BranchEnd, MeshFailure, NoSteadyState
 from pairsim.runtime.message import Message, Text
 from pairsim.runtime.monitor import Monitor
 from pairsim.solvers.curves.branch import Branch
-from pairsim.solvers.goals import U
 from pairsim.solvers.parameters import Parameters
 from pairsim.solvers.problems import SteadyProblem
 from pairsim.solvers.rows.short_rows import LEAST
@@ -35,7 +54,6 @@ from pairsim.solvers.trains.spectrum import Wave
 from pairsim.solvers.trains.train import Train, on_meshes, transition
 
 FAST = 0.3  # rate times t_relax above which it is a warning that disturbances change while stresses relax; chosen
-TUBES = "tube", "tube_least", "tube_most"
 CHANGES = {"orders": (1 / 10, "of 20 % becomes one of 2 %"), "clusters": (10.0, "of 2 % becomes one of 20 %")}
 
 
@@ -156,21 +174,23 @@ class Answer:
     def row(self) -> dict[str, float | str]:
         """The row of train.csv."""
         C, C_error = self.diffusion
-        return {
-            "spacing": self.found.spacing,
-            "d": self.found.d,
-            **({} if self.d_error is None else {"d_error": self.d_error}),
-            "U_1": self.found.U,
-            "U_error_1": self.found.U_error,
-            "verdict": self.verdict,
-            "k": self.wave.k,
-            "growth": self.wave.growth,
-            "growth_error": self.wave.growth_error,
-            "diffusion": C,
-            "diffusion_error": C_error,
-            **dict(zip(TUBES, self.tubes, strict=False)),
-            "t_relax": self.found.t_relax,
+        values: dict[Column, float | tuple[float]] = {
+            SPACING: self.found.spacing,
+            D: self.found.d,
+            U: (self.found.U,),
+            U_ERROR: (self.found.U_error,),
+            K: self.wave.k,
+            GROWTH: self.wave.growth,
+            GROWTH_ERROR: self.wave.growth_error,
+            DIFFUSION: C,
+            DIFFUSION_ERROR: C_error,
+            T_RELAX: self.found.t_relax,
         }
+        if self.d_error is not None:
+            values[D_ERROR] = self.d_error
+        if self.tubes:
+            values |= zip((TUBE, TUBE_LEAST, TUBE_MOST), self.tubes, strict=True)
+        return {VERDICT.name: self.verdict, **table_row(1, values)}
 
 
 def _train_in_words(case: TrainCase, answer: Answer) -> Iterator[str]:

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
+from pairsim.cases.case import PERIODIC_LENGTH
 from pairsim.computing import events
 from pairsim.computing.kept_rows import KNOWN, KeptRows
 from pairsim.computing.solved_rows import known_rows, solved_rows
@@ -25,7 +26,6 @@ from pairsim.solvers.rows.row_motion import TOLERANCE, Places, move, propagator
 from pairsim.solvers.rows.short_rows import LEAST, MOST, TRAINS, Chain, short_rows
 from pairsim.solvers.trains.train import Train
 
-LONG = 50.0  # length of the tube of short rows over the diameter of a bead, as for other cases with periodic ends
 PLACES = 101  # number of rows of row.csv
 
 
@@ -152,9 +152,8 @@ def follow(
         The sentences of the answer about the row.
     """
     progress = Progress(done, work.of_case(case) / (work.of_case(case) - unneeded))
-    problem, n = replace(problem, length=LONG * problem.betas[0], closed=False), len(gaps) + 1
+    problem, n = replace(problem, length=PERIODIC_LENGTH * problem.betas[0], closed=False), len(gaps) + 1
     least = min(LEAST, gaps.min() if case.listed else gaps.mean() / 2)
-    # The arguments are named as in `questions/stream`, so that both find the same kept rows.
     kept = KeptRows.of(case, problem, alone, most=MOST, by_particle=False, least=least)
     model = yield from _model(kept, problem, alone, least, progress, workers)
     steps, places = move(model, gaps, case.row.min_gap, case.row.tube, problem.monitor)
