@@ -18,7 +18,7 @@ from pairsim.cases.accuracy import DEFAULT, Accuracy, percent, settings_of
 from pairsim.cases.experiment import USUAL_COUNT, Experiment
 from pairsim.cases.keys import Key, Keys, Part, PerParticle, keys_of
 from pairsim.cases.law_checks import check_De, check_liquid, check_xi
-from pairsim.cases.laws import Declared, Laws
+from pairsim.cases.laws import OF_ALL, Declared, Laws
 from pairsim.cases.material_keys import LIQUIDS, LiquidKey, SolidKey, written
 from pairsim.cases.mesh_keys import MeshOptions
 from pairsim.cases.mistakes import Mistake
@@ -36,18 +36,14 @@ Ends = Literal["developed", "periodic"]
 ENDS = "ends of the tube: developed (with the developed flow profile) or periodic (with an imposed flow rate)"
 
 
-OF_LAWS = {**Liquid.OF_POLYMER, **Solid.OF_ALL}
-"""The declarations of the parameters that all liquids with a polymer, or all solids, have."""
-
-
 def _number(name: str, caption: int, **more: Any) -> Key:
-    """The key of a parameter in `OF_LAWS`; `more` are further arguments of `Key`."""
-    return Key(OF_LAWS[name].symbol, part=Part.MATERIAL, caption=caption, **more)
+    """The key of a parameter in `OF_ALL`; `more` are further arguments of `Key`."""
+    return Key(OF_ALL[name].symbol, part=Part.MATERIAL, caption=caption, **more)
 
 
 def _limits(name: str) -> tuple[Any, ...]:
-    """The limits of a parameter in `OF_LAWS`, which is 0 or in a range."""
-    return values.zero_or(OF_LAWS[name].least, OF_LAWS[name].most)
+    """The limits of a parameter in `OF_ALL`, which is 0 or in a range."""
+    return values.zero_or(OF_ALL[name].least, OF_ALL[name].most)
 
 
 def _named(text: str) -> str:

@@ -7,7 +7,7 @@ from pairsim.cases.case import SceneCase
 
 def differ(case: SceneCase) -> bool:
     """Whether the particles of a case differ in size or stiffness."""
-    return not len({*case.betas}) == len({*case.Ca_es}) == 1
+    return len({*case.betas}) > 1 or len({*case.Ca_es}) > 1
 
 
 def difference_in_words(case: SceneCase) -> str:

@@ -8,6 +8,7 @@ from typing import Any, Self
 
 from pairsim.cases.case import SceneCase
 from pairsim.cases.experiment import Amount, Experiment
+from pairsim.cases.laws import OF_ALL
 from pairsim.cases.physical import BLOCK, QUANTITIES
 from pairsim.cases.quantity_text import in_one_unit, si
 from pairsim.cases.values import is_finite
@@ -17,8 +18,6 @@ from pairsim.physics.solids import Solid
 from pairsim.quantities.measurable import Measurable
 from pairsim.quantities.scales import Scales
 
-SHARED = {**Liquid.OF_POLYMER, **Solid.OF_ALL}
-"""The numbers that all liquids with a memory, or all solids, have."""
 DIFFER = 1e-12  # relative difference of numbers up to which it is due to rounding; chosen
 
 type Materials = tuple[Liquid, tuple[Solid | None, ...]]
@@ -82,7 +81,7 @@ class FollowedKey:
     def _parameters(self) -> dict[str, Parameter]:
         """The parameters of the liquid and the solids of the case, by their dotted keys."""
         liquid = self.case.liquid_model
-        shared = {name: each for name, each in SHARED.items() if name == "Ca_e" or liquid.modes}
+        shared = {name: each for name, each in OF_ALL.items() if name == "Ca_e" or liquid.modes}
         return shared | {each.key: each.parameter for each in self.case.declared_parameters}
 
     def _check_number(self) -> None:

@@ -25,6 +25,8 @@ from pairsim.runtime.plain import Plain
 MODES = "modes"  # the law of a liquid of several modes in case files
 VISCOUS = {name: law for name, law in liquids.LAWS.items() if issubclass(law, ViscousLaw)}
 ELASTIC = {name: law for name, law in liquids.LAWS.items() if issubclass(law, ConformationLaw)}
+OF_ALL = {**Liquid.OF_POLYMER, **Solid.OF_ALL}
+"""The declarations of the parameters that all liquids with a polymer, or all solids, have."""
 
 
 class Declared(NamedTuple):

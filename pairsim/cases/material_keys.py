@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Union
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, create_model
 
-from pairsim.cases.keys import PerParticle
+from pairsim.cases.keys import Keys, PerParticle
 from pairsim.cases.laws import ELASTIC, MODES, VISCOUS
 from pairsim.cases.values import Number
 from pairsim.physics import liquids, solids
@@ -44,7 +44,7 @@ def _model(name: str, law: str, words: str, fields: Mapping[str, _Definition], m
     def without_measured(schema: JsonSchemaValue) -> None:
         schema["required"] = [key for key in schema["required"] if key not in measured]
 
-    config = ConfigDict(extra="forbid", frozen=True, defer_build=True, json_schema_extra=without_measured)
+    config = ConfigDict(**Keys.model_config, json_schema_extra=without_measured)
     definitions: Any = {"law": (_names([law]), Field(description=words)), **fields}
     globals()[name] = create_model(name, __config__=config, __doc__=words, __module__=__name__, **definitions)
     return globals()[name]

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, WithJsonSchema, create_model
+from pydantic import Field, WithJsonSchema, create_model
 
+from pairsim.cases.keys import Keys
 from pairsim.cases.physical import KEYS, RANGE_OF_LENGTHS, TUBE
 from pairsim.quantities.measurable import EACH, MEAN, Measurable
 from pairsim.runtime.plain import Plain
@@ -22,13 +23,9 @@ def _field(of: Measurable) -> Any:
 
 
 if TYPE_CHECKING:
-    _Keys = BaseModel
+    _Keys = Keys
 else:
-    _Keys = create_model(
-        "_Keys",
-        __config__=ConfigDict(extra="forbid", frozen=True, defer_build=True),
-        **{key: _field(each) for key, each in KEYS.items()},
-    )
+    _Keys = create_model("_Keys", __base__=Keys, **{key: _field(each) for key, each in KEYS.items()})
 
 
 class Physical(_Keys):
