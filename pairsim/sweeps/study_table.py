@@ -9,12 +9,15 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from pairsim.record import run_entries
 from pairsim.record.column import Columns
 from pairsim.record.columns import HOW_IT_STANDS, OF_CASES, STEPS, UNKNOWNS, WALL_TIME, WHY, of_cases
 
 TABLE = "study.csv"
-NEWTON_ITERATIONS = of_cases("newton_iterations", "total number of Newton iterations", whole=True)
-FACTORISATIONS = of_cases("factorisations", "total number of factorisations of Newton's matrix", whole=True)
+NEWTON_ITERATIONS, FACTORISATIONS = (
+    of_cases(entry.name, entry.meaning, whole=True)
+    for entry in (run_entries.NEWTON_ITERATIONS, run_entries.FACTORISATIONS)
+)
 COUNTS = (UNKNOWNS, STEPS, NEWTON_ITERATIONS, FACTORISATIONS)
 MEASURED = (HOW_IT_STANDS, WHY, *COUNTS, WALL_TIME)
 """Columns from the records of the cases; those of the compared values follow."""
