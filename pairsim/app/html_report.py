@@ -16,10 +16,11 @@ from markupsafe import Markup
 
 from pairsim.app import open_and_plot
 from pairsim.app.sweep_results import SweepResult
-from pairsim.computing.result import Result
+from pairsim.computing.result import WARNING, Result
 from pairsim.questions.registry import QUESTIONS
 from pairsim.record.folder import REPORT, kind_of, write_file
 from pairsim.record.record import Record
+from pairsim.record.run_entries import PEAK_MEMORY, SECONDS, SIZE
 from pairsim.record.tables import DIGITS, brief, readable
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.text import duration
@@ -33,7 +34,7 @@ CAPTIONS = {
     "sweep_zeros": "Zeros of the relative velocity over a parameter",
 }
 """Captions of pictures, by the names of their files; pictures of questions have captions of their own."""
-OF_A_CASE = ("wall_time", "peak_memory", "unknowns")
+OF_A_CASE = (SECONDS.name, PEAK_MEMORY.name, SIZE.name)
 """Entries of run.json that are those of a single case, and say nothing of a sweep."""
 MOST_ROWS = 500  # of a table
 
@@ -105,7 +106,7 @@ def _of_result(result: Result | SweepResult) -> Content:
         warnings = [f"{folder}: {state.message or state.reason}" for folder, state in failed] + result.warnings
     else:
         record, file = result.record, f"{result.question.table}.csv"
-        answer = [line for line in result.answer.splitlines() if not line.startswith("Warning: ")]
+        answer = [line for line in result.answer.splitlines() if not line.startswith(WARNING)]
         warnings = result.warnings
         table = readable(result.frame(physical=None) if len(result.table) else result.table, whole=True)
     return Content(result.status, answer, warnings, table, file, record)

@@ -25,7 +25,16 @@ from pairsim.quantities.measurable import a_time
 from pairsim.record.columns import DISTANCE
 from pairsim.record.folder import CHECKPOINT, WAY
 from pairsim.record.record import Record
-from pairsim.runtime.errors import BranchEnd, BudgetSpent, InputError, failure_of
+from pairsim.runtime.errors import (
+    OF_MACHINE,
+    BranchEnd,
+    BudgetSpent,
+    InputError,
+    TooManySteps,
+    WallTime,
+    failure_of,
+    happened_and_advice,
+)
 from pairsim.runtime.locks import is_locked
 from pairsim.runtime.text import counted, duration
 
@@ -48,7 +57,8 @@ UNITS = {
     "pressure": "pressures in eta_0 U_av/D_c",
 }
 """Units of dimensionless numbers in answers, by words that occur there."""
-CASE_NOT_AT_FAULT = ("interrupted", "write_failed", "environment")
+WARNING = "Warning: "  # begins the lines of an answer that are warnings
+CASE_NOT_AT_FAULT = ("interrupted", *OF_MACHINE)
 """Reasons for which the same command may succeed."""
 KILLED = Outcome("interrupted", "interrupted", "the command was killed")
 """The outcome of a command whose run.json says that it is running, although no process is at work on it."""
@@ -288,7 +298,7 @@ class Result:
 
         If the computation has not finished, it says why not, and what to do next.
         """
-        warnings = [f"Warning: {warning}" for warning in self.warnings]
+        warnings = [f"{WARNING}{warning}" for warning in self.warnings]
         ended = [] if self.status == "finished" else [f"{self.status.capitalize()}: {self.happened}".removesuffix(": ")]
         after = [self.advice] if ended and self.folder is not None and self.status != "running" else []
         if proven := self.reason == BranchEnd.reason:
@@ -301,7 +311,7 @@ class Result:
     @property
     def happened(self) -> str:
         """How it ended; if it has a folder, without what to try next, which `advice` has."""
-        return self.message if self.folder is None else self.message.rpartition("; try ")[0] or self.message
+        return self.message if self.folder is None else happened_and_advice(self.message)[0]
 
     def findings(self) -> list[str]:
         """The findings of the tables in words, a line each; each question has its own."""
@@ -342,7 +352,7 @@ class Result:
         if self.status == "finished":
             return f"Next: {self.afterwards()}."
         resumes = self.question.resumable and (self._place / CHECKPOINT).is_file()
-        if reason in ("wall_time", "max_steps"):  # keys of `limits` as well
+        if reason in (WallTime.reason, TooManySteps.reason):  # keys of `limits` as well
             return (
                 f"Next: pairsim run --resume {directory} --set limits.{reason}=... continues from the last checkpoint."
             )
@@ -351,8 +361,8 @@ class Result:
         if reason == BudgetSpent.reason:
             return "Next: the same command with a larger --budget and --overwrite; what was written is kept until then."
         if reason not in CASE_NOT_AT_FAULT:
-            _, found, remedy = self.message.rpartition("; try ")
-            change = f"try {remedy}; " if found else ""
+            _, advice = happened_and_advice(self.message)
+            change = f"try {advice}; " if advice else ""
             return f"Next: {change}unchanged, the case fails in the same way. What was written is kept."
         if resumes:
             return f"Next: pairsim run --resume {directory} continues from the last checkpoint."

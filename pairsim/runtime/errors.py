@@ -10,6 +10,7 @@ from pairsim.runtime.message import Message, Text
 from pairsim.runtime.text import as_typed, shortened
 
 MOST_MISTAKES = 20  # number of mistakes listed in a message
+TRY = "; try "  # between what happened and what to try, in the sentence of a failure
 
 __all__ = ["BudgetSpent", "EnvironmentFailure", "InputError", "InvertedCell", "MeshFailure", "NewtonFailure"]
 __all__ += ["NoSteadyState", "PairsimError", "RunFailure", "StepTooSmall", "TooManySteps", "WallTime", "WriteFailure"]
@@ -119,7 +120,7 @@ class RunFailure(PairsimError):
     def __init__(self, message: Text, *, at: Text = "", advice: str = "") -> None:
         self.message, self.advice = message, advice
         where = Message(" at {}", at) if at else ""
-        self.sentence: Text = Message("{}{}: {}{}", self.reason, where, message, advice and f"; try {advice}")
+        self.sentence: Text = Message("{}{}: {}{}", self.reason, where, message, advice and f"{TRY}{advice}")
         super().__init__(message)  # the argument with which it is unpickled in another process
 
     def __str__(self) -> str:
@@ -196,6 +197,10 @@ class EnvironmentFailure(RunFailure):
     exit_code = 4
 
 
+OF_MACHINE = (WriteFailure.reason, "out_of_memory", "refused", EnvironmentFailure.reason)
+"""Reasons of failures that are due to the machine, not to the case: the same command may succeed later."""
+
+
 class NoSteadyState(RunFailure):
     """No quasi-steady solution was found; whether there is one is not known."""
 
@@ -217,6 +222,12 @@ class BranchEnd(NoSteadyState):
 def kinds_of_failures() -> list[type[RunFailure]]:
     """The classes of failures, one for each reason."""
     return [*RunFailure.__subclasses__(), BranchEnd]
+
+
+def happened_and_advice(sentence: str) -> tuple[str, str]:
+    """What happened and what to try, in the sentence of a failure; the latter is "" if it has no advice."""
+    happened, _, advice = sentence.rpartition(TRY)
+    return (happened, advice) if happened else (sentence, "")
 
 
 def failure_of(reason: str, message: str) -> RunFailure:

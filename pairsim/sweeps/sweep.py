@@ -19,7 +19,7 @@ from pairsim.computing.progress import Reporter
 from pairsim.physics.own_laws import OWN
 from pairsim.record.folder import write_text
 from pairsim.record.table_files import table_text
-from pairsim.runtime.errors import Argument, EnvironmentFailure, InputError, RunFailure
+from pairsim.runtime.errors import OF_MACHINE, Argument, EnvironmentFailure, InputError, RunFailure
 from pairsim.runtime.interrupts import EXIT_CODE
 from pairsim.runtime.launcher import communicator
 from pairsim.runtime.locks import command_line, sole_writer
@@ -32,8 +32,6 @@ from pairsim.sweeps.task import Task, compute
 
 POLL = 0.1  # interval at which signals are checked [s]
 EVERY = 10.0  # least time between two writings of results.csv [s]; with 10,000 cases one takes half a second
-MACHINE = ("write_failed", "out_of_memory", "refused", EnvironmentFailure.reason)
-"""Reasons of failures that are due to the machine, not to the case: the next command computes such cases again."""
 
 
 class Ending(NamedTuple):
@@ -144,7 +142,7 @@ class _Sweep:
         left = []
         for case in grid.cases:
             state = read_state(directory / case.folder, case.key)
-            if state.status not in ENDED or state.reason in MACHINE:
+            if state.status not in ENDED or state.reason in OF_MACHINE:  # the next command computes it again
                 left.append(case)
                 state = CaseState(case.folder)
             self.cases[case.folder].state = state
