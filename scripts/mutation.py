@@ -28,6 +28,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any
 
+from book.computing import ROOT
 from cosmic_ray.commands import init
 from cosmic_ray.modules import find_modules
 from cosmic_ray.mutating import mutate_and_test
@@ -37,7 +38,6 @@ from cosmic_ray.work_item import TestOutcome
 
 from pairsim.fem.compilation.jit import JIT_OPTIONS
 
-ROOT = Path(__file__).resolve().parent.parent
 TARGETS = (
     "pairsim/physics",
     "pairsim/fem/algebra/constraints.py",

@@ -30,7 +30,7 @@ from itertools import chain
 from pathlib import Path
 
 from book import yaml_files
-from book.code import code_of
+from book.computing import ROOT
 from book.results import Results
 from book.study import names, study_of
 from pictures import judged
@@ -38,7 +38,6 @@ from pictures import judged
 from pairsim.runtime.child_process import clean_environment
 from pairsim.runtime.version import __version__
 
-ROOT = Path(__file__).resolve().parent.parent
 DIST = ROOT / "dist"
 SDIST, WHEEL = DIST / f"pairsim-{__version__}.tar.gz", DIST / f"pairsim-{__version__}-py3-none-any.whl"
 NOT_IN_SDIST = (".gitignore", ".gitattributes", ".dockerignore")  # of the files that git tracks
@@ -89,7 +88,7 @@ def results() -> Points:
     for name in names():
         study = study_of(name)
         parts, stored = study.parts(False), Results(study.stored)
-        stale = [part for part in parts if stored.stale(part, code_of(part.uses or study.uses)) != []]
+        stale = [part for part in parts if stored.stale(part, study.code_of(part)) != []]
         fault = f"{len(stale)} of {len(parts)} parts are to be computed, see scripts/study {name}" if stale else ""
         yield f"the results of the study {name} are those of this code", fault
     found = judged()

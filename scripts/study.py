@@ -30,7 +30,6 @@ from pathlib import Path
 
 import pandas as pd
 from book import overview, pages
-from book.code import code_of
 from book.results import Results
 from book.study import Part, Row, Stopped, Study, Unavailable, names, study_of
 
@@ -46,7 +45,7 @@ def left(study: Study, parts: Sequence[Part], results: Results, *, keep: bool = 
     """The parts without results, and those with stale ones unless these are kept; prints how many, and why."""
     found, why = list[Part](), Counter[str]()
     for part in parts:
-        stale = results.stale(part, code_of(part.uses or study.uses))
+        stale = results.stale(part, study.code_of(part))
         why.update(stale or ())
         if stale is None or (stale and not keep):
             found.append(part)
@@ -78,7 +77,7 @@ def compute(study: Study, todo: Sequence[Part], results: Results, workers: int =
             for count, future in enumerate(as_completed(running), 1):
                 part = running[future]
                 try:
-                    results.add(part, code_of(part.uses or study.uses), future.result())
+                    results.add(part, study.code_of(part), future.result())
                 except Unavailable as lacking:
                     print(f"[{count}/{len(todo)}] {part.name} is left out: {lacking}", flush=True)
                     continue

@@ -16,6 +16,7 @@ from typing import Any
 import pandas as pd
 
 import pairsim
+from book.code import code_of
 from book.statements import Judged
 from pairsim.cases.case import SceneCase
 from pairsim.cases.identity import identity_of, key_of
@@ -88,6 +89,10 @@ class Study:
     def stored(self) -> Path:
         """The file of its stored results."""
         return self.folder / "results.csv"
+
+    def code_of(self, part: Part) -> str:
+        """The code on which the rows of one of its parts depend, with hashes."""
+        return code_of(part.uses or self.uses)
 
 
 def names() -> list[str]:

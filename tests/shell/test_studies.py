@@ -66,7 +66,7 @@ def squares(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Squares:
     found = Squares(tmp_path / "squares")
     monkeypatch.setattr(runner, "names", lambda: ["squares"])
     monkeypatch.setattr(runner, "study_of", lambda _: found.study)
-    monkeypatch.setattr(runner, "code_of", lambda _: "law 1234")
+    monkeypatch.setattr("book.study.code_of", lambda _: "law 1234")
     index = tmp_path / "index.md"
     index.write_text("<!-- index -->\n<!-- end of index -->\n")
     monkeypatch.setattr(overview, "INDEX", index)
@@ -97,7 +97,7 @@ def test_parts_whose_code_has_changed_are_named_and_computed_again(
     squares: Squares, run: Run, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     run()
-    monkeypatch.setattr(runner, "code_of", lambda _: "law 5678")
+    monkeypatch.setattr("book.study.code_of", lambda _: "law 5678")
     run("--keep")
     assert len(squares.computed) == 3
     assert "3 parts are stale, as law has changed" in capsys.readouterr().out
@@ -111,11 +111,10 @@ def test_a_release_says_which_studies_are_to_be_computed(
     verdicts = pd.DataFrame({"verdict": ["stale", "old"]}, index=["a.png", "b.png"])
     for name, value in {"names": runner.names, "study_of": runner.study_of, "judged": lambda: verdicts}.items():
         monkeypatch.setattr(release, name, value)
-    monkeypatch.setattr(release, "code_of", lambda _: "law 1234")
     run()
     run("--page")
     assert [fault for _, fault in release.results()] == ["", "1 are, see scripts/pictures"]
-    monkeypatch.setattr(release, "code_of", lambda _: "law 5678")
+    monkeypatch.setattr("book.study.code_of", lambda _: "law 5678")
     point, fault = next(release.results())
     assert point == "the results of the study squares are those of this code"
     assert fault == "3 of 3 parts are to be computed, see scripts/study squares"
@@ -164,7 +163,7 @@ def test_a_part_may_depend_on_less_code_than_others(
     parts = [*squares.parts(False)[:2], Part("3^2", "3", lambda _: squares.rows(3), ("other",))]
     squares.study = Study(**vars(squares.study) | {"parts": lambda _: parts})
     code = {("law",): "law 1234", ("other",): "other 1"}
-    monkeypatch.setattr(runner, "code_of", lambda uses: code[tuple(uses)])
+    monkeypatch.setattr("book.study.code_of", lambda uses: code[tuple(uses)])
     run()
     code["law",] = "law 5678"
     run()
