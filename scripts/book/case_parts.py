@@ -134,10 +134,15 @@ def half_widths_hold(ratio: pd.Series, known: pd.Series, what: str) -> dict[str,
     }
 
 
+def all_computed(results: pd.DataFrame, parts: Sequence[Part]) -> Judged:
+    """The statement that all parts are computed."""
+    done = results["part"].nunique()
+    return Judged(((done - len(parts) + 0.5, 0.0),), f"{done} of {len(parts)} parts")
+
+
 def complete(results: pd.DataFrame, parts: Sequence[Part]) -> dict[str, Judged]:
     """The statements that all parts are computed, and that every case has an answer."""
-    done = results["part"].nunique()
-    found = {"all is computed": Judged(((done - len(parts) + 0.5, 0.0),), f"{done} of {len(parts)} parts")}
+    found = {"all is computed": all_computed(results, parts)}
     if "ended" in results:
         left = results[results["ended"].notna()]
         names = ", ".join(left["part"] + " (" + left["ended"].astype(str) + ")")

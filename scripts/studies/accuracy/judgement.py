@@ -19,7 +19,7 @@ from book.statements import Judged
 from book.study import Part
 from matplotlib.figure import Figure
 
-from pairsim.cases.accuracy import SETTINGS, Cells
+from pairsim.cases.accuracy import SETTINGS, Cells, percent
 from studies.accuracy.parts import CASES, SCENES
 
 TITLES = dict(zip(SCENES, ("Newtonian, soft", "De 1, soft", "De 2, rigid", "De 1, soft, gap .02"), strict=True))
@@ -141,11 +141,6 @@ def adapted(results: pd.DataFrame) -> pd.DataFrame:
 def cost(unknowns: float, seconds: float) -> str:
     """Unknowns and seconds; "none" for no mesh."""
     return "none" if math.isinf(unknowns) else f"{unknowns:.0f}, {number(seconds, 3)}"
-
-
-def percent(accuracy: str) -> float:
-    """The number of a percentage."""
-    return float(accuracy.removesuffix("%"))
 
 
 def paper(results: pd.DataFrame) -> dict[str, tuple[pd.Series, pd.Series]]:

@@ -11,13 +11,10 @@ from book.made import made
 from book.statements import Judged
 from book.study import Part
 
+from pairsim.cases.accuracy import percent
+
 KNOWN = 1 / 3  # half-width of a reference over that of the point, up to which it decides alone
 YES = {True: "yes", False: ""}
-
-
-def percent(accuracy: str) -> float:
-    """The number of a percentage."""
-    return float(accuracy.removesuffix("%"))
 
 
 def judged(results: pd.DataFrame) -> pd.DataFrame:

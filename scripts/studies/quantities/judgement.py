@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pandas as pd
-from book import pages
+from book import comparison, pages
 from book.statements import Judged
 from book.study import Part
 
@@ -128,12 +128,11 @@ def blocks(results: pd.DataFrame, parts: Sequence[Part]) -> Mapping[str, str]:
     made = f"{results['part'].nunique()} of {len(parts)} solutions, computed {' to '.join(days(results))}"
     states = results["code"].nunique()
     made += f" with {states} states of the code." if states > 1 else "."
-    off, verdicts = outside(table), statements(results, parts)
-    stated = [{"statement": name, "": each.verdict, "numbers": each.numbers} for name, each in verdicts.items()]
+    off = outside(table)
     return {
         "made": pages.prose(made),
         "computed": pages.markdown(computed(results, parts)),
-        "statements": pages.markdown(pd.DataFrame(stated)),
+        "statements": comparison.stated(statements(results, parts)),
         "quantities": pages.markdown(by(table, ("question", "quantity", "accuracy"))),
         "liquids": pages.markdown(by(table, ("liquid", "accuracy"))),
         "outside": pages.markdown(off) if len(off) else pages.prose("None."),

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import pandas as pd
-from book import pages
+from book import comparison, pages
+from book.case_parts import all_computed
 from book.statements import Judged, listed
 from book.study import Part
 
@@ -44,7 +45,6 @@ def statements(results: pd.DataFrame, parts: Sequence[Part]) -> dict[str, Judged
     table, order = compared(results), orders(results)
     inside = int((table["off"] <= table["allowed"]).sum())
     ratio = table["off"] / table["allowed"]
-    done = results["part"].nunique()
     met, same = order[order["run"].map(len) > 0], order["same"].sum()
     return {
         "every distance by the model is that of the run within the half-widths of both": Judged(
@@ -58,7 +58,7 @@ def statements(results: pd.DataFrame, parts: Sequence[Part]) -> dict[str, Judged
         )
         if len(order)
         else NONE,
-        "all is computed": Judged(((done - len(parts) + 0.5, 0.0),), f"{done} of {len(parts)} parts"),
+        "all is computed": all_computed(results, parts),
     }
 
 
@@ -95,8 +95,7 @@ def _gaps(numbers: Sequence[int]) -> str:
 
 def blocks(results: pd.DataFrame, parts: Sequence[Part]) -> Mapping[str, str]:
     """What stands between the marks of the page."""
-    order, verdicts = orders(results), statements(results, parts)
-    stated = [{"statement": name, "": each.verdict, "numbers": each.numbers} for name, each in verdicts.items()]
+    order = orders(results)
     near = order.assign(run=order["run"].map(_gaps), model=order["model"].map(_gaps), same=order["same"].map(str))
     days = sorted(results["computed"].unique())
     runs = results[results["by"] == RUN].drop_duplicates(ROW)
@@ -104,7 +103,7 @@ def blocks(results: pd.DataFrame, parts: Sequence[Part]) -> Mapping[str, str]:
     made = f"{results['part'].nunique()} of {len(parts)} parts, computed {' to '.join(dict.fromkeys(days))}."
     return {
         "made": pages.prose(made + (seconds if len(runs) else "")),
-        "statements": pages.markdown(pd.DataFrame(stated)),
+        "statements": comparison.stated(statements(results, parts)),
         "rows": pages.markdown(by_row(results)),
         "end": pages.markdown(at_the_end(results)),
         "order": pages.markdown(near),

@@ -7,7 +7,8 @@ from math import hypot, log
 from typing import Any
 
 import pandas as pd
-from book import pages
+from book import comparison, pages
+from book.case_parts import all_computed
 from book.statements import Judged, Value, above, below, ratio, rising
 from book.study import Part
 
@@ -39,7 +40,6 @@ def _values(table: pd.DataFrame, column: Column) -> dict[str, Value]:
 
 def statements(results: pd.DataFrame, parts: Sequence[Part]) -> dict[str, Judged]:
     """What the study states of what is stored."""
-    done = results["part"].nunique()
     every = {
         "a spread of sizes harms order more than one of stiffness": _size_against_stiffness(results),
         "the nearer the beads, the more of them touch at the outlet (De 1)": _contact(results),
@@ -47,7 +47,7 @@ def statements(results: pd.DataFrame, parts: Sequence[Part]) -> dict[str, Judged
         "drops get exactly one bead more often than by Poisson (De 1 and 2, equal beads)": _drops(results, 1.0),
         "they get it twice as often": _drops(results, 2.0),
         "dU of rigid pairs grows with the fourth power of beta, within a tenth of that (De 0.5)": _power(results),
-        "all is computed": Judged(((done - len(parts) + 0.5, 0.0),), f"{done} of {len(parts)} parts"),
+        "all is computed": all_computed(results, parts),
     }
     return {text: judged for text, judged in every.items() if judged is not NONE}
 
@@ -156,14 +156,12 @@ def shown(results: pd.DataFrame, shows: str) -> pd.DataFrame:
 
 def blocks(results: pd.DataFrame, parts: Sequence[Part]) -> Mapping[str, str]:
     """What stands between the marks of the page."""
-    verdicts = statements(results, parts)
-    stated = [{"statement": name, "": each.verdict, "numbers": each.numbers} for name, each in verdicts.items()]
     days = dict.fromkeys(sorted(results["computed"].unique()))
     tables = {name: shown(results, name) for name in ("order", "contact", "drops", "exact")}
     tables["pairs"] = pairs(results)
     written = {name: pages.markdown(table) if len(table) else "None.\n" for name, table in tables.items()}
     return {
         "made": pages.prose(f"{results['part'].nunique()} of {len(parts)} streams, computed {' to '.join(days)}."),
-        "statements": pages.markdown(pd.DataFrame(stated)),
+        "statements": comparison.stated(statements(results, parts)),
         **written,
     }

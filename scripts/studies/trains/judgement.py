@@ -13,6 +13,8 @@ from book.made import made
 from book.statements import Judged
 from book.study import Part
 
+from pairsim.cases.accuracy import percent
+
 OF_RUNS = 1.0  # what a rate of a run may be off besides the half-width of the train, in per cent of its largest rate
 QUANTITIES = ("growth", "frequency")
 SHORTEST = 2  # beads of the shortest wave, which does not travel: its frequency is 0
@@ -64,7 +66,7 @@ def statements(results: pd.DataFrame, parts: Sequence[Part]) -> dict[str, Judged
     table = judged(results)
     if table.empty:
         return complete(results, parts)
-    wanted = float(str(table["accuracy"].iloc[0]).removesuffix("%"))
+    wanted = percent(str(table["accuracy"].iloc[0]))
     silent = table[~table["said"]]
     warn = table.drop_duplicates("train")["said"]
     margins = zip(wanted - silent["error_percent"], silent["known_percent"], strict=True)

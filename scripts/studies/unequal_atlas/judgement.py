@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from book import pages
+from book import comparison, pages
 from book.statements import Judged
 from book.study import Part
 
@@ -114,10 +114,6 @@ def blocks(results: pd.DataFrame, parts: Sequence[Part]) -> Mapping[str, str]:
         "all": table,
     }
     made = f"{results['part'].nunique()} of {len(parts)} curves, computed until {results['computed'].max()}."
-    stated = [
-        {"statement": name, "": each.verdict, "numbers": each.numbers}
-        for name, each in statements(results, parts).items()
-    ]
     off = table[table["error"] > table["half_width"]].sort_values("error", ascending=False)
     text = pd.DataFrame(
         {
@@ -129,7 +125,7 @@ def blocks(results: pd.DataFrame, parts: Sequence[Part]) -> Mapping[str, str]:
     )
     return {
         "made": pages.prose(made),
-        "statements": pages.markdown(pd.DataFrame(stated)),
+        "statements": comparison.stated(statements(results, parts)),
         "summary": pages.markdown(pd.DataFrame([summary(*each) for each in groups.items() if len(each[1])])),
         "outside": pages.markdown(text) if len(text) else pages.prose("None."),
     }
