@@ -157,9 +157,15 @@ def test_curves_of_a_newtonian_liquid_are_those_of_all_others_at_De_0(made: Atla
             "within.beta: got [0.2, 0.35]; must be a part of beta: [0.3, 0.4]",
         ),
         ("within: {beta: [0.3, 0.35]}", "within: must be left out without start"),
+        ("diameters: [0.9, 1.1]", "moduli: must be given with diameters, such as [1, 1]"),
+        ("diameters: [0.9, 1.1]\nmoduli: [0.5, 2]", "diameters: got [0.9, 1.1]; must go with start"),
+        ("diameters: [1.1, 1.2]\nmoduli: [0.5, 2]\nstart: a.npz", "diameters: got [1.1, 1.2]; must be the smallest"),
+        ("beads: 5", "beads: got 5; must go with diameters and moduli"),
+        ("recompute: true\nstart: a.npz", "curves: got 6; must be left out with recompute"),
+        ("recompute: true", "start: must be a single atlas with recompute"),
     ],
 )
-def test_a_part_of_the_box_is_one(more: str, wrong: str, tmp_path: Path) -> None:
+def test_keys_of_an_atlas_file_are_checked_against_each_other(more: str, wrong: str, tmp_path: Path) -> None:
     (tmp_path / "a.yaml").write_text(f"beta: [0.3, 0.4]\nDe: [0, 0]\nCa_e: [0, 0.1]\ncurves: 6\n{more}\n")
     done = CliRunner().invoke(app, ["atlas", str(tmp_path / "a.yaml"), "-o", str(tmp_path / "out")])
     assert wrong in str(done.exception)

@@ -62,10 +62,12 @@ def test_example_of_each_kind_is_a_case_that_can_be_computed(
 
 def test_keys_of_an_example_that_are_commented_out_are_right(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
+    found = set[str]()
     for kind in KINDS:
         say("init", kind, "--kind", kind)
         text = (tmp_path / f"{kind}.yaml").read_text()
         for key, rest in re.findall(r"^# (\w+): ([^#\n]*)", text, re.MULTILINE):
+            found.add(key)
             assert key in FILES[kind].model_fields, key
             own = yaml.safe_load(text) | {key: yaml.safe_load(rest)}
             if key == "physical":
@@ -75,6 +77,7 @@ def test_keys_of_an_example_that_are_commented_out_are_right(tmp_path: Path, mon
                 assert read_grid(tmp_path / "changed.yaml").cases
             else:
                 read_case(QUESTIONS[kind], tmp_path / "changed.yaml")
+    assert "physical" in found
 
 
 @pytest.mark.parametrize("command", FILES)

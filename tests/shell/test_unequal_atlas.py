@@ -10,10 +10,8 @@ import numpy as np
 import pytest
 from support.atlases import BOX, D, exact_of_unequal, make_unequal_atlas, random_pairs, unequal_curves_at
 from support.commands import Pairsim
-from typer.testing import CliRunner
 
 import pairsim as api
-from pairsim.app.command_line import app
 from pairsim.atlas.atlas import Atlas
 from pairsim.atlas.unequal import UnequalAtlas, beads_of, gradients_of
 from pairsim.lab.atlas_curve import curve_of_atlas
@@ -167,23 +165,6 @@ def test_options_have_one_value_for_each_bead(file: Path, pairsim: Pairsim) -> N
     repeated = ["--particle", "20um", "--particle", "19um", "--modulus", "10kPa", "--modulus", "14kPa"]
     assert pairsim("ask", "--atlas", str(file), *words, *repeated).stdout == both.stdout
     assert "At d = 10 um: dU = " in both.stdout
-
-
-@pytest.mark.parametrize(
-    ("more", "wrong"),
-    [
-        ("diameters: [0.9, 1.1]", "moduli: must be given with diameters, such as [1, 1]"),
-        ("diameters: [0.9, 1.1]\nmoduli: [0.5, 2]", "diameters: got [0.9, 1.1]; must go with start"),
-        ("diameters: [1.1, 1.2]\nmoduli: [0.5, 2]\nstart: a.npz", "diameters: got [1.1, 1.2]; must be the smallest"),
-        ("beads: 5", "beads: got 5; must go with diameters and moduli"),
-        ("recompute: true\nstart: a.npz", "curves: got 6; must be left out with recompute"),
-        ("recompute: true", "start: must be a single atlas with recompute"),
-    ],
-)
-def test_keys_of_an_atlas_of_unequal_pairs_are_checked(more: str, wrong: str, tmp_path: Path) -> None:
-    (tmp_path / "a.yaml").write_text(f"beta: [0.3, 0.4]\nDe: [0, 0]\nCa_e: [0, 0.1]\ncurves: 6\n{more}\n")
-    done = CliRunner().invoke(app, ["atlas", str(tmp_path / "a.yaml"), "-o", str(tmp_path / "out")])
-    assert wrong in str(done.exception)
 
 
 def test_pairs_that_are_drawn_are_in_the_box_and_the_ratios(pairs: UnequalAtlas) -> None:
