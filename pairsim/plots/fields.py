@@ -23,6 +23,7 @@ from pairsim.record.folder import FIELDS_XDMF, WAY, write_file
 from pairsim.record.table_files import read_table
 from pairsim.record.xdmf import read_frame, read_times
 from pairsim.runtime.errors import Argument, InputError
+from pairsim.runtime.text import counted
 
 MOST_VIEWS = 4
 DPI, SECONDS = 150, 6.0  # of an animation
@@ -44,7 +45,7 @@ def draw_fields(
     count = len(read_times(directory))
     if (animated and count < 2) or (field is not None and not count):
         key = "fields, a list of distances," if curve else "output: {fields: true}"
-        frames = f"{count} frame{'s' * (count != 1)} of fields"
+        frames = f"{counted(count, 'frame')} of fields"
         allowed = f"must be left out: {directory} has {frames}, which {key} in its case writes"
         raise InputError(Argument("animate" if animated else "field"), "", field, allowed)
     if not count:

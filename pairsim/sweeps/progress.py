@@ -26,8 +26,7 @@ def headline(state: CaseState) -> str:
     shown = f"  dU = {dU:+.4e}" if isinstance(dU, float) else ""
     took = f"  {seconds:.1f} s" if isinstance(seconds, float) else ""
     message = f"  {state.message}" if state.status == "failed" else ""
-    count = len(state.warnings)
-    warnings = f"  {count} warning{'s' * (count > 1)}" if count else ""
+    warnings = f"  {counted(len(state.warnings), 'warning')}" if state.warnings else ""
     return f"{state.status}{reason} {state.folder}{shown}{took}{warnings}{message}"
 
 

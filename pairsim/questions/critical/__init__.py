@@ -52,6 +52,7 @@ from pairsim.record.columns import (
 )
 from pairsim.record.run_entries import OF_STEADY, Entry
 from pairsim.runtime.message import Text
+from pairsim.runtime.text import counted
 
 if TYPE_CHECKING:
     from pairsim.analysis.zeros import Zero
@@ -163,7 +164,7 @@ def answer_of_critical(zeros: Sequence[Zero], record: Record) -> list[str]:
         if found:
             kind, ends = found[0].kind, found[:: max(len(found) - 1, 1)]
             where = f"d = {' to '.join(in_unit(scales, LENGTH, zero.d, zero.error) for zero in ends)}"
-            lines.append(f"{len(found)} {kind} critical distance{'s' * (len(found) > 1)}, {where}: {meaning}.")
+            lines.append(f"{counted(len(found), f'{kind} critical distance')}, {where}: {meaning}.")
     early = [end for end in ENDS.of(record) or () if end.get("reason") != "range"]  # the others reach the last value
     return [*lines, *(f"A line of critical distances ends: {end['message']}." for end in early)]
 

@@ -57,7 +57,7 @@ def computation(case: CurveCase, monitor: Monitor, workers: Workers, sensitiviti
     """Compute a master curve and, for a pair, its zeros; arguments as for `solve`."""
     places, by = case.in_order, parameters_of(case, sensitivities)
     expected = len(between(places, case.max_points)) if case.common else len(places)
-    yield events.Begin(f"{expected} point{'s' * (expected > 1)}, more as needed", expected)
+    yield events.Begin(f"{counted(expected, 'point')}, more as needed", expected)
     found, remarks = Solutions(case, goals_of(case)), list[Text]()
     points, others = found.points, Others(case, workers, monitor, found, by)
     try:
