@@ -57,6 +57,9 @@ def _parsed(text: Any) -> tuple[float, pint.Unit]:
     if match is None:
         raise ValueError("is not a number with a unit")
     number, unit = match.groups()
+    if "," in unit:
+        several = ", ".join(each.strip() for each in text.split(","))
+        raise ValueError(f"is more than one quantity; where several are allowed, they are a list, [{several}]")
     if unit.endswith("Pas"):  # which pint would read as a plural of Pa
         raise ValueError(f"has the unit {unit}, which is written {unit[:-1]}.s")
     return float(number), _unit(re.sub(r"(?<=[^\W\d_])[.·](?=[^\W\d_])", "*", unit), unit)
