@@ -57,16 +57,25 @@ def read_case[C: SceneCase](
     Raises:
         InputError: The file cannot be read or has mistakes; lists file, line, key, value and what is allowed.
     """
+    return parse_case(question, content_of_file(question.model, path, overrides), str(path), files=files)
+
+
+def content_of_file(model: type[SceneCase], path: Path, overrides: tuple[str, ...]) -> Content:
+    """The keys and values of a case file with settings key=value that replace or add (dotted) keys; not validated.
+
+    Raises:
+        InputError: The file cannot be read, or a setting is none.
+    """
     data = read_yaml(path)
     forget_numbers(data)
     replaced = {setting.partition("=")[0].strip() for setting in overrides}
-    for pair in _two_ways(question.model):
+    for pair in _two_ways(model):
         for key, other in (pair, pair[::-1]):
             group, _, last = other.partition(".")
             if key in replaced and isinstance(inner := data.get(group), dict):
                 inner.pop(last, None)
-    apply_settings(data, overrides, groups_of(question.model))
-    return parse_case(question, data, str(path), files=files)
+    apply_settings(data, overrides, groups_of(model))
+    return data
 
 
 def _two_ways(model: type[SceneCase]) -> list[tuple[str, str]]:

@@ -19,7 +19,6 @@ import pairsim as api
 from pairsim.atlas.atlas import SHIPPED, Atlas
 from pairsim.lab.atlas_curve import curve_of_atlas
 from pairsim.lab.films.fit_film import FilmFit
-from pairsim.lab.films.likelihood import crossing
 from pairsim.record.table_files import table_text
 from pairsim.runtime.errors import InputError
 
@@ -346,13 +345,6 @@ def test_cases_that_were_made_without_what_is_unknown(atlas: Path, tmp_path: Pat
     rigid, bare = api.fit(path, block | {"Ca_e": 0, "d0": 0.1}, atlas=atlas), api.fit(path, block, atlas=atlas)
     assert rigid.values == bare.values
     assert holds(bare, MODULUS)
-
-
-def test_an_end_of_an_interval_is_found_even_if_no_value_is_below_the_limit() -> None:
-    """As where steps that begin elsewhere end above the least sum of squares: once an exception of a root finder."""
-    assert crossing(lambda value: value**2, 0.5, 3.0, 4.0) == pytest.approx(2, abs=1e-3)
-    assert crossing(lambda value: 1 + value**2, 0.5, 3.0, 1.0) == 0.5
-    assert crossing(lambda value: value**2, 0.5, 3.0, 10.0) == 3.0
 
 
 def test_what_may_be_unknown_is_named(atlas: Path, tmp_path: Path) -> None:

@@ -11,19 +11,14 @@ case.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 import pairsim
 from pairsim.app.options import Fps, Particles, Pixel, Settings
-from pairsim.cases.yaml_file import apply_settings, read_yaml
 from pairsim.questions.registry import QUESTIONS
 from pairsim.runtime.errors import InputError
-from pairsim.runtime.plain import Plain
-
-if TYPE_CHECKING:
-    from pydantic import BaseModel
 
 EXAMPLES = (
     "Examples: pairsim fit film.csv case.yaml | "
@@ -50,13 +45,9 @@ def fit(
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Folder for a picture, film.png.")] = None,
     set_: Settings = None,
 ) -> None:
-    given: Path | dict[str, Plain] = case
-    if set_:
-        from pairsim.cases.keys import groups_of
+    from pairsim.computing.case_files import content_of_file
 
-        model: type[BaseModel] = QUESTIONS["curve"].model
-        given = read_yaml(case)
-        apply_settings(given, tuple(set_), groups_of(model))
+    given = content_of_file(QUESTIONS["curve"].model, case, tuple(set_)) if set_ else case
     typer.echo("fit: trying values over the range of the atlas, some seconds", err=True)
     try:
         found = pairsim.fit(

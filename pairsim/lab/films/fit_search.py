@@ -128,9 +128,10 @@ class Search:
         near = [each for each in self._grid if abs(each.logs[k] - log) <= abs(self._axes[k] - log).min()]
         free = [other for other in range(len(self.numbers)) if other != k]
         costs = np.array([each.cost for each in near])
-        least = min(self.minima, key=lambda each: (round(abs(each.logs[k] - log), 2), each.cost))
+        # the lowest one of those that are equally near, to the precision to which minima are found
+        nearest = min(self.minima, key=lambda each: (round(abs(each.logs[k] - log), 2), each.cost))
         found = np.inf
-        for begin in [*(near[i] for i in minima_of(costs)), least]:
+        for begin in [*(near[i] for i in minima_of(costs)), nearest]:
             logs = begin.logs.copy()
             logs[k] = log
             found = min(found, self.likelihood.best(logs, begin.state, free).cost)

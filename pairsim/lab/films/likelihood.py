@@ -173,12 +173,7 @@ def shares(
 
 
 def crossing(function: Callable[[float], float], inside: float, outside: float, limit: float) -> float:
-    """Where a function reaches a limit between two values.
-
-    It is the second of these if the function is still below the limit there, the first if it is above it already there.
-    """
+    """Where a function reaches a limit between two values; the second of these if it is still below the limit there."""
     if function(outside) <= limit:
         return outside
-    if function(inside) >= limit:
-        return inside
     return float(scipy.optimize.brentq(lambda value: function(value) - limit, inside, outside, xtol=CLOSE))
