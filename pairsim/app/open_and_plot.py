@@ -96,7 +96,7 @@ def plot(
         raise InputError("pairsim plot", name, field, "must be left out with several folders")
     if films:
         from pairsim.lab.films.film import film_of
-        from pairsim.lab.films.fit_film import overlay_film
+        from pairsim.lab.films.film_overlay import overlay_film
 
         if len(films) > 1 or len(films) == len(places):
             raise InputError("pairsim plot", "", str(films[-1]), "must be a single film, with runs or curves")

@@ -160,6 +160,9 @@ def _numbers(case: SceneCase, Re: float) -> Iterator[Row]:
     yield "Ca_e", _list(case.Ca_e), "elastic capillary number eta_0 U_av/(D_c G_p)"
     if modes:
         yield "xi", f"{case.xi:.4g}", "viscosity of the solvent over that of the liquid"
+    if len(modes) > 1:
+        yield "time", _list(tuple(mode.time for mode in modes)), "relaxation times of the modes over that in De"
+        yield "weight", _list(tuple(mode.weight for mode in modes)), "their parts of the viscosity of the polymer"
     for each in case.declared_parameters:
         if each.value is not None and (soft if each.key.startswith("solid") else modes or viscous):
             yield each.key, f"{each.value:.4g}", each.parameter.words

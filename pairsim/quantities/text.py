@@ -18,7 +18,8 @@ def with_error(value: float, error: float | None, sign: str = "", digits: int = 
         digits: Significant digits of a number without an error.
     """
     if error is None or not math.isfinite(error) or error <= 0:
-        return f"{value:{sign if value else ''}.{digits}g}"
+        rounded = float(f"{value:.{digits}g}")
+        return f"{rounded:{sign if value else ''}.{max(digits, 6)}g}"  # 1060 rather than 1.06e+03
     exponent = math.floor(math.log10(max(abs(value), error)))
     scale = 1.0 if -2 <= exponent < 6 else 10.0**exponent
     digits = _decimals(error / scale)

@@ -193,23 +193,31 @@ def test_the_command_says_the_same(atlas: Path, tmp_path: Path, pairsim: Pairsim
     assert "must be a column with its unit, such as t [s]" in refused.stderr
 
 
+@pytest.mark.parametrize("centres", [False, True])
 def test_a_film_a_run_and_a_curve_are_in_one_picture(
-    atlas: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    centres: bool, atlas: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    seen = film(tmp_path / "film.csv", 0.0, 0.06, 0.0)
+    """A film of centres is shown beside the motion of the centres, which differs from that of the surfaces."""
+    seen = film(tmp_path / "film.csv", 0.0, 0.06, 0.0, centres=centres)
     table = curve_of_atlas(Atlas.load(atlas), beta=0.4, De=0.0, Ca_e=0.06).table
-    (frames := pd.read_csv(seen)).columns = ["t", "d"]
-    run = {"t": frames["t"].to_numpy() / 1e3 / TIME, "d": frames["d"].to_numpy() / 50}
+    (frames := pd.read_csv(seen)).columns = ["t", "seen"]
+    (surfaces := pd.read_csv(film(tmp_path / "surfaces.csv", 0.0, 0.06, 0.0))).columns = ["t", "d"]
+    z_L = frames["seen"] / 50 if centres else 0.4 + surfaces["d"] / 50
+    run = {"t": frames["t"] / 1e3 / TIME, "d": surfaces["d"] / 50, "z_L": z_L, "z_T": 0 * z_L}
     for name, file, columns in (("run", "series", run), ("curve", "curve", table)):
         (folder := tmp_path / name).mkdir()
         scales = {"length": 50e-6, "time": TIME, "velocity": 50e-6 / TIME, "stress": 1.0}
         (folder / "run.json").write_text(json.dumps({"kind": name, "status": "finished", "scales": scales}))
         (folder / f"{file}.csv").write_text(table_text(list(columns), zip(*columns.values(), strict=True)))
+        (folder / "case.yaml").write_text(
+            "beta: 0.4\nDe: 0\nCa_e: 0.06\n" + ("d0: 0.5\n" if name == "run" else "d: [0.1, 1]\n")
+        )
     with drawn_figures(monkeypatch) as figures:
         api.plot(tmp_path / "run", tmp_path / "curve", seen, out=tmp_path)
     motion, off = figures[0].axes
     assert len(motion.lines) == 3
-    assert np.ptp(motion.lines[-1].get_ydata()) == pytest.approx(20, rel=0.01)
+    moved = 20 * (1 + 0.06 * np.exp(-0.7) if centres else 1)
+    assert np.ptp(motion.lines[-1].get_ydata()) == pytest.approx(moved, rel=0.01)
     assert max(np.abs(line.get_ydata()).max() for line in off.lines if len(line.get_ydata()) > 2) < 0.05
     (tmp_path / "run" / "run.json").write_text('{"kind": "run"}')
     with pytest.raises(InputError, match="must be a run or a curve with a physical block"):

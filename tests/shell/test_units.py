@@ -162,6 +162,9 @@ def test_a_time_constant_is_that_of_every_mode() -> None:
     ]
     model = case(bench(time_constant="20 ms"), liquid={"law": "modes", "modes": modes}).liquid_model
     assert [mode.numbers["Cu"] for mode in model.modes] == pytest.approx([0.02 * RATE] * 2)
+    found = api.units(**BENCH, liquid={"law": "modes", "modes": [each | {"Cu": 1.0} for each in modes]})
+    of_modes = {name: value for name, value, _ in found.numbers if name in ("time", "weight")}
+    assert of_modes == {"time": "1, 0.1", "weight": "0.3333, 0.6667"}
     with_solvent = {"law": "white-metzner", "n": 0.5, "solvent": {"law": "carreau", "n": 0.5}}
     with pytest.raises(InputError, match=r"it could be any of liquid.Cu and liquid.solvent.Cu, which must be given"):
         case(bench(time_constant="20 ms"), liquid=with_solvent)

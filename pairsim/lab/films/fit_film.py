@@ -6,12 +6,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from pairsim.analysis.master_curve import Curve
-from pairsim.analysis.time_series import Series
 from pairsim.atlas.atlas import Atlas
 from pairsim.cases.case import SceneCase
 from pairsim.cases.inputs import inputs_of
@@ -22,18 +20,11 @@ from pairsim.lab.ask_atlas import asked_of
 from pairsim.lab.films.film import Film, film_of
 from pairsim.lab.films.film_model import NORMAL, FilmModel, Seen, Uncertain
 from pairsim.lab.films.fit_search import LEAST, Search, near_films
-from pairsim.lab.load import load
 from pairsim.quantities.measurable import Measurable
 from pairsim.quantities.scales import Scales
-from pairsim.record.columns import DISTANCE
-from pairsim.record.folder import kind_of
-from pairsim.record.record import Record
 from pairsim.runtime.arrays import Array, Flags
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.plain import Plain
-
-if TYPE_CHECKING:
-    from pairsim.plots.style import Page
 
 GIVES = {"modulus": ("Ca_e", -1), "relaxation": ("De", 1)}
 """Quantities that may be unknown; for each the number that follows from it, and the power of the quantity in this."""
@@ -369,42 +360,3 @@ def _scales(case: SceneCase) -> Scales:
     """The units of a case with a `physical` block."""
     assert case.scales is not None
     return case.scales
-
-
-def overlay_film(film: Film, folders: Sequence[Path], out: Path, page: Page) -> list[Path]:
-    """Draw `film`: a film, runs from their start on, and motions along curves from the film's first distance on.
-
-    Raises:
-        InputError: A folder has no units, or is neither a run nor a curve that has the first distance of the film.
-    """
-    from pairsim.lab.pictures import draw_film
-
-    t, d = film.seconds - film.seconds[0], film.metres
-    lines: dict[str, tuple[Array, Array]] = {}
-    for folder in folders:
-        kind, scales = kind_of(folder), Record.read(folder).scales
-        if kind not in ("run", "curve") or scales is None:
-            raise InputError(str(folder), "", None, "must be a run or a curve with a physical block, to go with a film")
-        if film.from_centres and not lines:
-            d = film.gaps(float(np.mean(load(folder / "case.yaml", kind=kind).betas)) * scales.length)
-        if kind == "curve":
-            times, distances = t / scales.time, _path_of(folder, d[0] / scales.length, t / scales.time)
-        else:
-            series = Series.read(folder)
-            times, distances = series.t, series.d()
-        lines[f"{kind} {folder.name}"] = scales.time * times, 1e6 * scales.length * distances
-    return draw_film((t, 1e6 * d), lines, out, page)
-
-
-def _path_of(folder: Path, start: float, times: Array) -> Array:
-    """The distances [D_c] by the curve of a folder, from a first one on, at times [D_c/U_av], shape (times,).
-
-    Raises:
-        InputError: It is no curve that has the first distance.
-    """
-    curve = Curve.read(folder)
-    if (d := curve.table.known(DISTANCE)) is not None and not d[0] <= start <= d[-1]:
-        raise InputError(str(folder), "", None, "must be a curve that has the first distance of the film")
-    if curve.motion is None:
-        raise InputError(str(folder), "", None, "must be the curve of a pair in steady states")
-    return curve.motion.path(start, times)

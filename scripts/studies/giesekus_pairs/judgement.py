@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import pandas as pd
-from book import pages
+from book import comparison, pages
 from book.case_parts import complete
 from book.statements import Judged, falling
 from book.study import Part
 
-from pairsim.quantities.text import with_error
 from studies.giesekus_pairs.cases import CENTRE
 
 WORDS = {"holds": "yes", "within error": "yes, in part within the intervals", "does not hold": "no"}
@@ -40,7 +39,7 @@ def blocks(results: pd.DataFrame, parts: Sequence[Part]) -> dict[str, str]:
     rows = [
         {
             "varied": f"{key} {_listed(line, key)}",
-            "d_cr": ", ".join(with_error(*each).replace("+-", "±") for each in _values(line)),
+            "d_cr": ", ".join(comparison.cell(*each, ".4g") for each in _values(line)),
             "falls": WORDS[falling(_values(line)).verdict],
         }
         for key, line in lines(results)

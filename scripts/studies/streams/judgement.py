@@ -56,7 +56,7 @@ def _size_against_stiffness(results: pd.DataFrame) -> Judged:
     spread = _values(outlet(results, "order"), SPREAD)
     pairs = [(f"{size} % of size", f"{stiff} % of stiffness") for size, stiff in ((2, 2), (5, 5), (2, 20))]
     found = [rising([spread[stiff], spread[size]]) for size, stiff in pairs if {size, stiff} <= spread.keys()]
-    numbers = ", ".join(f"{name} {100 * each:.3g} ± {100 * error:.2g}" for name, (each, error) in spread.items())
+    numbers = ", ".join(f"{name} {_percent(each)}" for name, each in spread.items())
     margins = tuple(margin for each in found for margin in each.margins)
     return Judged(margins, f"standard deviation of the distances in % of their mean: {numbers}") if found else NONE
 
@@ -128,13 +128,13 @@ def pairs(results: pd.DataFrame) -> pd.DataFrame:
         line = {"d": f"{d:g}"}
         for row in each.to_dict("records"):
             scale = 100 / row["beta"] ** FOURTH
-            line[f"beta {row['beta']:g}"] = f"{scale * row[DU.name]:.3g} ± {scale * row[DU_ERROR.name]:.1g}"
+            line[f"beta {row['beta']:g}"] = comparison.cell(scale * row[DU.name], scale * row[DU_ERROR.name], ".3g")
         lines.append(line)
     return pd.DataFrame(lines)
 
 
 def _percent(number: Value) -> str:
-    return f"{100 * number[0]:.3g} ± {100 * number[1]:.2g}"
+    return comparison.cell(100 * number[0], 100 * number[1], ".3g")
 
 
 def shown(results: pd.DataFrame, shows: str) -> pd.DataFrame:
