@@ -16,10 +16,6 @@ from book.study import Part, Row, computed
 
 LIMIT = 2400.0  # wall time of a case [s]
 
-INSIDE, BEYOND = 0.95, 2.0
-"""Least fraction of errors that must be inside their half-widths, and the largest ratio of an error to its half-width.
-"""
-
 
 def grid(**values: Sequence[Any]) -> list[dict[str, Any]]:
     """All combinations of the values of some keys; dots stand for groups, as in `pairsim --set`."""
@@ -112,26 +108,6 @@ def _rows(
         {**same, **{name: row[name] for name in columns if name in row}, "ended": None}
         for row in result.table.to_dict("records")
     ]
-
-
-def half_widths_hold(ratio: pd.Series, known: pd.Series, what: str) -> dict[str, Judged]:
-    """The statements that errors are inside half-widths, nearly all of them, and none is far beyond.
-
-    Args:
-        ratio: Errors over half-widths.
-        known: Half-widths of the references over those that are judged.
-        what: What has the half-widths, such as "dU".
-    """
-    inside = ratio <= 1
-    share = float(inside.mean())
-    return {
-        f"at least {100 * INSIDE:.0f} % of {what} are inside their half-widths": Judged(
-            ((share - INSIDE, 0.0),), f"{inside.sum()} of {len(ratio)}: {100 * share:.1f} %"
-        ),
-        f"none is beyond {BEYOND:g} half-widths": Judged(
-            tuple(zip(BEYOND - ratio, known, strict=True)), f"largest error over half-width {ratio.max():.2f}"
-        ),
-    }
 
 
 def all_computed(results: pd.DataFrame, parts: Sequence[Part]) -> Judged:

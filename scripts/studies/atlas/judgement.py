@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 from book import comparison, pages
 from book.case_parts import complete
+from book.half_widths import mostly_inside
 from book.statements import Judged
 from book.study import Part
 from scipy.interpolate import CubicSpline
@@ -18,8 +19,6 @@ from pairsim.atlas.atlas import PARAMETERS, Atlas
 from pairsim.lab.atlas_curve import curve_of_atlas
 from studies.atlas.cases import atlas_of
 
-INSIDE = 0.95
-"""The least part of points inside their half-widths, for which these are made."""
 KNOWN = 20.0  # half-width of a zero that is known, % of d
 BY_DIFFERENCE = 2.0  # allowed error of derivatives by the difference of the diameters, % of the largest of their curve
 
@@ -90,12 +89,10 @@ def statements(results: pd.DataFrame, parts: Sequence[Part]) -> dict[str, Judged
 
 
 def _statements(tables: Mapping[str, pd.DataFrame], derivatives: pd.DataFrame) -> dict[str, Judged]:
-    found = {}
+    found: dict[str, Judged] = {}
     for name, table in tables.items():
-        inside = table["error"].abs() <= table["half_width"]
-        text = f"{name}: at least {100 * INSIDE:.0f} % are inside their half-widths"
-        numbers = f"{inside.sum()} of {len(table)}: {100 * inside.mean():.1f} %"
-        found[text] = Judged(((float(inside.mean()) - INSIDE, 0.0),), numbers)
+        inside = mostly_inside(table["error"].abs() <= table["half_width"], "points")
+        found |= {f"{name}: {text}": judged for text, judged in inside.items()}
     certain = pd.concat([table[table["certain"] & ~table["zero"]] for table in tables.values()])
     wrong = int((~certain["right"].astype(bool)).sum())
     text = "every sign that is held for certain is right"

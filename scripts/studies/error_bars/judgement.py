@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from book import comparison, pages
-from book.case_parts import complete, half_widths_hold
+from book.case_parts import complete
+from book.half_widths import half_widths_hold
 from book.made import made
 from book.statements import Judged
 from book.study import Part

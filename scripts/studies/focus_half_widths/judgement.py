@@ -8,11 +8,9 @@ import numpy as np
 import pandas as pd
 from book import pages
 from book.case_parts import complete
+from book.half_widths import half_widths_hold
 from book.statements import Judged
 from book.study import Part
-
-INSIDE, BEYOND = 0.93, 2.0
-"""The least part of the quantities that are inside, and how many half-widths none is to be away."""
 
 
 def judged(results: pd.DataFrame) -> pd.DataFrame:
@@ -24,17 +22,7 @@ def judged(results: pd.DataFrame) -> pd.DataFrame:
 
 def statements(results: pd.DataFrame, parts: Sequence[Part]) -> dict[str, Judged]:
     """How many are inside, and how far away the others are."""
-    table = judged(results)
-    inside = table["ratio"] <= 1
-    margins = tuple((BEYOND - each, 0.0) for each in table["ratio"].tolist())
-    found = {
-        f"at least {100 * INSIDE:.0f} % of the quantities are inside their half-widths": Judged(
-            ((float(inside.mean()) - INSIDE, 0.0),), f"{inside.sum()} of {len(inside)}: {100 * inside.mean():.1f} %"
-        ),
-        f"none is beyond {BEYOND:g} half-widths": Judged(
-            margins, f"largest error over half-width {table['ratio'].max():.2f}"
-        ),
-    }
+    found = half_widths_hold(judged(results)["ratio"], 0.0, "the quantities")
     return found | complete(results, parts)
 
 

@@ -7,14 +7,13 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pandas as pd
 from book import comparison, pages
+from book.half_widths import BEYOND, half_widths_hold
 from book.statements import Judged
 from book.study import Part
 
 from pairsim.solvers.goals import U
 
 KNOWN = 1 / 3  # largest half-width of a reference, over that of the case that it judges
-INSIDE, BEYOND = 0.93, 2.0
-"""Least part of the quantities that is to be inside the half-width, and the largest error over it of any."""
 VERDICTS = ("inside", "outside", "beyond two", "not judged")
 SCENE = ["question", "liquid", "scene"]
 
@@ -54,18 +53,11 @@ def statements(results: pd.DataFrame, parts: Sequence[Part]) -> dict[str, Judged
     """What the study states, judged by what is stored."""
     table = judged(results)
     able = table[table["verdict"] != "not judged"]
-    inside = float((able["verdict"] == "inside").mean()) if len(able) else 0.0
-    margins = tuple(zip(BEYOND - able["ratio"], able["known"], strict=True))
     silent = table[~table["kept"] & ~table["said"]]
     unanswered = results[results["ended"].notna()]
     names = ", ".join(unanswered["part"] + " (" + unanswered["ended"] + ")")
     return {
-        f"at least {100 * INSIDE:.0f} % of the judged quantities are inside their half-widths": Judged(
-            ((inside - INSIDE, 0.0),), f"{(able['verdict'] == 'inside').sum()} of {len(able)}: {100 * inside:.1f} %"
-        ),
-        f"none is beyond {BEYOND:g} half-widths": Judged(
-            margins, f"largest error over half-width {able['ratio'].max():.2f}" if len(able) else "none is judged"
-        ),
+        **half_widths_hold(able["ratio"], able["known"], "the judged quantities"),
         "the accuracy of each is kept, or a warning says that it is not": Judged(
             ((0.5 - len(silent), 0.0),), f"{len(silent)} of {len(table)} are neither"
         ),

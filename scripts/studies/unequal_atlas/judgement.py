@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from book import comparison, pages
+from book.half_widths import mostly_inside
 from book.statements import Judged
 from book.study import Part
 
@@ -18,8 +19,7 @@ from pairsim.lab.atlas_curve import curve_of_atlas
 from studies.unequal_atlas.cases import DIAMETERS, MODULI
 
 FILES = {"giesekus": "equal-pairs", "newtonian": "newtonian"}
-INSIDE, WIDEST = 0.95, 2.0
-"""Least part of the points that is to be inside, and the largest median of half-widths in per cent of the peak."""
+WIDEST = 2.0  # largest median of half-widths, % of the peak
 PAIR = ["beta_T", "beta_L", "De", "Ca_e_T", "Ca_e_L"]
 EDGE = 1e-3  # relative difference from an end of the ratios, below which a pair is at it
 
@@ -69,9 +69,7 @@ def statements(results: pd.DataFrame, parts: Sequence[Part]) -> dict[str, Judged
     right = (certain["value"] * certain["dU"] > 0) | (certain["dU"].abs() <= certain["dU_error"])
     median = float(table["half_width"].median())
     return {
-        f"at least {100 * INSIDE:.0f} % of dU are inside the half-widths of the atlas": Judged(
-            ((float(inside.mean()) - INSIDE, 0.0),), f"{inside.sum()} of {len(table)}: {100 * inside.mean():.1f} %"
-        ),
+        **mostly_inside(inside, "dU", "the half-widths of the atlas"),
         f"the median half-width is below {WIDEST:g} % of the largest |dU| of the pair": Judged(
             ((WIDEST - median, 0.0),), f"{median:.2g} %"
         ),
