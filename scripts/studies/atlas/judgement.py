@@ -35,12 +35,12 @@ def judge(atlas: Atlas, points: pd.DataFrame) -> pd.DataFrame:
     for place, held in points.groupby(list(PARAMETERS)):
         here: dict[str, Any] = dict(zip(PARAMETERS, place, strict=True))
         found = curve_of_atlas(atlas, **here)
-        curve, zeros, peak = found.of(), found.equilibria, np.abs(found.table["dU"]).max()
+        curve, peak = found.of(), np.abs(found.table["dU"]).max()
         for d, dU in zip(held["d"], held["dU"], strict=True):
             value, half_width = float(curve.values(d)), float(curve.half_widths(d))
             row = {**here, "d": d, "zero": dU == 0, "error": nan, "half_width": nan}
             row |= {"certain": abs(value) > half_width, "right": value * dU > 0}
-            if dU == 0 and len(zeros["d"]):
+            if dU == 0 and len((zeros := found.equilibria)["d"]):
                 at = np.abs(np.log(zeros["d"] / d)).argmin()
                 row |= {"error": 100 * (zeros["d"][at] / d - 1), "half_width": 100 * zeros["d_error"][at] / d}
             elif dU != 0:
