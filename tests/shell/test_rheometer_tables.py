@@ -115,6 +115,75 @@ def test_marks_of_thousands_are_read_where_decimal_marks_are_certain(tmp_path: P
     assert "left out" not in said
 
 
+@pytest.mark.parametrize("thousands", ["24.000;23.100;21.000;19.000;15.000", "24.000;23.100;12.000;950;800"])
+def test_a_mark_of_thousands_is_told_from_that_of_decimals_by_other_numbers(thousands: str, tmp_path: Path) -> None:
+    """Most numbers have points, but commas in 0,5 cannot mark thousands."""
+    rates, milli = ["0,5", "1", "2", "5", "10"], thousands.split(";")
+    values, said = read(
+        tmp_path, text("Scherrate [1/s];Viskosität [mPa.s]", [[*each] for each in zip(rates, milli, strict=True)], ";")
+    )
+    assert values["rate"] == pytest.approx([0.5, 1, 2, 5, 10])
+    assert values["viscosity"] == pytest.approx([float(cell.replace(".", "")) / 1e3 for cell in milli])
+    assert "left out" not in said
+
+
+@pytest.mark.parametrize("names", [["Mean", "Std. dev."], ["Mittelwert", "Standardabweichung", "Min", "Max"]])
+def test_a_summary_below_the_table_is_no_part_of_it(names: list[str], tmp_path: Path) -> None:
+    points = [[str(i + 1), *row] for i, row in enumerate(rows(RATES, ETA))]
+    summary = [[name, f"{30 * (i + 1)}", f"{4 * (i + 1)}"] for i, name in enumerate(names)]
+    values, said = read(tmp_path, text("point,rate [1/s],viscosity [Pa.s]", points + summary))
+    assert values["viscosity"] == pytest.approx(ETA, rel=1e-5)
+    assert f"not read: {len(names)} rows from line 19 on, such as {names[0]}, of a summary" in said
+
+
+@pytest.mark.parametrize(
+    ("other", "measured"),
+    [
+        ("Shear rate setpoint [1/s]", "Shear rate [1/s]"),
+        ("Shear rate set [1/s]", "Shear rate actual [1/s]"),
+        ("Scherrate (Vorgabe) [1/s]", "Scherrate [1/s]"),
+        ("Shear rate requested [1/s]", "Shear rate measured [1/s]"),
+    ],
+)
+def test_what_was_measured_is_read_and_not_what_was_set(other: str, measured: str, tmp_path: Path) -> None:
+    both = rows(1.5 * RATES, RATES, ETA)
+    values, _ = read(tmp_path, text(f"{other};{measured};viscosity [Pa.s]", both, ";"))
+    assert values["rate"] == pytest.approx(RATES, rel=1e-5)
+    alone, _ = read(tmp_path, text(f"{other};viscosity [Pa.s]", rows(RATES, ETA), ";"))
+    assert alone["rate"] == pytest.approx(RATES, rel=1e-5)
+
+
+def test_a_fitted_viscosity_and_a_frequency_that_was_set_are_second_choices(tmp_path: Path) -> None:
+    values, said = read(
+        tmp_path, text("rate [1/s],viscosity (Cross fit) [Pa.s],viscosity [Pa.s]", rows(RATES, 1.3 * ETA, ETA))
+    )
+    assert values["viscosity"] == pytest.approx(ETA, rel=1e-5)
+    assert 'column 2 "viscosity (Cross fit) [Pa.s]" is not read, although it may be viscosity, too' in said
+    heading = "frequency setpoint [rad/s],frequency [rad/s],G' [Pa],G'' [Pa]"
+    values, _ = read(tmp_path, text(heading, rows(1.5 * RATES, RATES, STORAGE, LOSS)), kind="spectrum")
+    assert values["frequency"] == pytest.approx(RATES, rel=1e-5)
+
+
+@pytest.mark.parametrize("log", ["ln", "lg", "log", "log10"])
+def test_logarithms_are_not_taken_for_values(log: str, tmp_path: Path) -> None:
+    of_rate = "must have a line of headings of shear rate"
+    logarithms = rows(np.log(10 * RATES + 1), np.log(1e4 * ETA))
+    assert of_rate in refused(tmp_path, text(f"{log} shear rate [1/s],{log} viscosity [Pa.s]", logarithms))
+
+
+def test_phases_beyond_a_right_angle_are_left_out(tmp_path: Path) -> None:
+    """There the inertia of the instrument is measured: the storage modulus would be negative."""
+    phases = np.degrees(np.arctan2(LOSS, STORAGE))
+    modulus = np.hypot(STORAGE, LOSS)
+    for unit, size in (("deg", 1.0), ("rad", np.pi / 180)):
+        turned = size * np.concatenate([phases[:-2], [95.5, 130.25]])
+        heading = f"frequency [rad/s],|G*| [Pa],phase angle [{unit}]"
+        values, said = read(tmp_path, text(heading, rows(RATES, modulus, turned)), kind="spectrum")
+        assert values["storage"] == pytest.approx(STORAGE[:-2], rel=1e-4)
+        assert f'2 of 17 rows left out; in the first one, line 17, column 3 "phase angle [{unit}]"' in said
+        assert "is not below 90 degrees" in said
+
+
 def test_rows_below_the_table_that_are_not_of_it_are_said(tmp_path: Path) -> None:
     assert (
         "not read: what is below line 19, with 5 cells instead of 3"

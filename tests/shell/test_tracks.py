@@ -284,7 +284,7 @@ def test_a_film_of_centres_is_drawn_beside_a_run(tmp_path: Path, monkeypatch: py
     scales = {"length": 50e-6, "time": 5.89e-3, "velocity": 8.49e-3, "stress": 1.0}
     (run / "run.json").write_text(json.dumps({"kind": "run", "status": "finished", "scales": scales}))
     (run / "case.yaml").write_text("beta: [0.4, 0.44]\nDe: 0\nCa_e: 0.1\nd0: 0.1\n")
-    (run / "series.csv").write_text("t,d\n0,0.1\n20,0.2\n")
+    (run / "series.csv").write_text("t,d,z_L,z_T\n0,0.1,1.02,0.5\n20,0.2,1.12,0.5\n")
     with drawn_figures(monkeypatch) as figures:
         api.plot(run, tmp_path / "film.csv", out=tmp_path, **OPTIONS)
     seen = np.concatenate([line.get_ydata() for line in figures[0].axes[0].lines if len(line.get_ydata()) == N])

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +28,8 @@ class Spellings:
         columns: Names of columns by their quantities, the preferred ones first, for each kind of file.
         unlike: Headings that look like those of a quantity but mean something else, by quantity.
         no_values: Headings of columns without measured values.
+        second_choice: Headings of columns that are read only if no other has their quantity.
+        summary: The first cell of a row that is a summary of the rows above it.
         tests: A line above a table with the name of a test.
         samples: A line above a table with the name of a sample.
         of_something_else: Names of tables of anything but a liquid to be fitted, such as calibrations.
@@ -39,6 +42,8 @@ class Spellings:
     columns: Mapping[str, Mapping[str, Sequence[str]]]
     unlike: Mapping[str, str]
     no_values: str
+    second_choice: str
+    summary: str
     tests: str
     samples: str
     of_something_else: str
@@ -68,11 +73,11 @@ def places(kind: str, row: Sequence[str]) -> dict[str, dict[int, str]]:
     found: dict[str, dict[int, str]] = {}
     for quantity, names in spellings().columns[kind].items():
         unlike = f"{spellings().no_values}|{spellings().unlike.get(quantity, '$^')}"
-        for name in names:
-            for i, cell in enumerate(row):
-                match = re.search(name, cell, re.IGNORECASE)
-                if match and not re.search(unlike, cell, re.IGNORECASE):
-                    found.setdefault(quantity, {}).setdefault(i, cell[match.end() :])
+        last = [bool(re.search(spellings().second_choice, cell, re.IGNORECASE)) for cell in row]
+        for name, i in sorted(product(names, range(len(row))), key=lambda each: last[each[1]]):
+            match = re.search(name, row[i], re.IGNORECASE)
+            if match and not re.search(unlike, row[i], re.IGNORECASE):
+                found.setdefault(quantity, {}).setdefault(i, row[i][match.end() :])
     return found
 
 

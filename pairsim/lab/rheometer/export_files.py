@@ -211,13 +211,14 @@ def _read(section: Section, columns: Mapping[str, Column], rates: Array) -> str:
 
 def _left_out(kind: str, section: Section, columns: Mapping[str, Column]) -> Iterator[str]:
     """Sentences on rows that cannot be used, and on columns that are not read but may have a quantity, too."""
-    out = section.numbers[~section.usable].drop(columns="N1", errors="ignore")
+    out = section.measured[~section.usable]
     if len(out):
-        line, of_first = out.index[0], out.iloc[0]
-        place = columns[str((~(of_first > 0)).idxmax())]
+        line, name = out.index[0], str((~out.iloc[0]).idxmax())
+        place = columns[name]
         value = section.cells.loc[line, place.place]
         number = re.fullmatch(NUMBER, value) and not re.match(r"-|[0.,]*$", value)
-        why = f"'{value}' is {'an overload' if number else 'not a positive number'}" if value else "is empty"
+        beyond = "is not below 90 degrees" if section.numbers.loc[line, name] > 0 else "is an overload"
+        why = f"'{value}' {beyond if number else 'is not a positive number'}" if value else "is empty"
         yield f"{len(out)} of {len(section.cells)} rows left out; in the first one, line {line}, {place} {why}"
     named = places(kind, section.heading)
     for name in [each for each in columns if each != "frequency"]:  # which many files have in Hz and in rad/s

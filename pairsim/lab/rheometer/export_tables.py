@@ -34,6 +34,7 @@ COLUMNS: Mapping[str, Sequence[tuple[str, ...]]] = {
 }
 """The sets of columns each of which suffices for a kind of file, the preferred ones first."""
 FEWEST = 5
+RIGHT_ANGLE = 90.0  # [degrees]
 Places = dict[str, tuple[int, str]]  # by quantity, the place of its column, and the text of its heading after the name
 
 
@@ -52,7 +53,7 @@ class Section:
     beside: frozenset[int] = frozenset()  # places of columns with the same headings that belong to other sections
     misfit: str = ""  # why a row, or every row, does not fit the headings
     foreign: bool = False  # whether no row fits them
-    aside: str = ""  # a description of rows below it that do not belong to it
+    aside: str = ""  # a description of rows below it that are not measured points of it
 
     def numbers_of(self, quantity: str) -> pd.Series[float]:
         """A column in its unit, NaN where there is no number, (rows,).
@@ -70,8 +71,20 @@ class Section:
 
     @cached_property
     def usable(self) -> pd.Series[bool]:
-        """Whether a row has positive numbers in all columns but that of N1."""
-        return (self.numbers.drop(columns="N1", errors="ignore") > 0).all(axis=1)
+        """Whether a row has positive numbers in all columns but that of N1, and a phase below 90 degrees.
+
+        Raises:
+            ValueError: As for `numbers`, or the unit of the phase is not understood.
+        """
+        return self.measured.all(axis=1)
+
+    @cached_property
+    def measured(self) -> pd.DataFrame:
+        """For each column that is read but N1, whether its numbers can be those of a liquid; errors as for `usable`."""
+        possible = self.numbers.drop(columns="N1", errors="ignore") > 0
+        if "phase" in possible:  # beyond a right angle G' is negative: what turns is the inertia of the instrument
+            possible["phase"] &= self.numbers["phase"] * self.column("phase").factor < RIGHT_ANGLE
+        return possible
 
     @cached_property
     def columns(self) -> dict[str, Column]:
@@ -180,6 +193,7 @@ def _of_table(
         rows = {line: ["", *row] if row[0][:1].isdigit() else row for line, row in rows.items()}
     rows = {line: _split_again(lines[line - 1], row, len(heading)) for line, row in rows.items()}
     rows, aside = _without_others(rows, max(len(raw), len(heading)), len(heading))
+    rows, summary = _without_summary(rows)
     cells = table_of({start + 1: heading} | rows).drop(index=start + 1)
     marks, doubt = marks_of([cell for row in rows.values() for cell in row], separator)
     plain = {i: cells[i].str.fullmatch(rf"{NUMBER}|{marks.thousands}") for i, _ in read.values()}
@@ -195,6 +209,7 @@ def _of_table(
     above = [cells_of(lines[start - 1], separator)] if start else []
     near = pd.concat([cells[below], pd.DataFrame(above)]).fillna("")
     parts = _side_by_side(kind, heading, read)
+    outside = "; ".join(filter(None, (summary, aside)))
     for of_step, mine in cells[~text & ~ends.cummax() & (cells.index > last)].groupby(step, sort=False):
         own = {line: rows[line] for line in mine.index}
         misfit, foreign = _misfit(own, start + 1, len(heading), len(raw), named_block or leading)
@@ -204,7 +219,7 @@ def _of_table(
             name = f"section '{name}'" if name else f"the table below line {start + 1}"
             read, further, beside = part
             yield Section(
-                name, start + 1, heading, read, further, near, mine, marks, beside, misfit or doubt, foreign, aside
+                name, start + 1, heading, read, further, near, mine, marks, beside, misfit or doubt, foreign, outside
             )
 
 
@@ -296,6 +311,21 @@ def _without_others(rows: dict[int, list[str]], most: int, names: int) -> tuple[
             count = f"{counted(_filled(block[0]), 'cell')} instead of {names}"
             return {at: row for at, row in rows.items() if at < line}, f"what is below line {line - 1}, with {count}"
     return rows, ""
+
+
+def _without_summary(rows: dict[int, list[str]]) -> tuple[dict[int, list[str]], str]:
+    """The rows before those at the end that are means, deviations or limits of them, and what these are, in words."""
+    summary: dict[int, str] = {}
+    for line, row in reversed(rows.items()):
+        name = next(filter(None, row), "")
+        if not re.fullmatch(spellings().summary, name) or not any(re.fullmatch(NUMBER, cell) for cell in row):
+            break
+        summary[line] = name
+    if not summary:
+        return rows, ""
+    line, name = min(summary.items())
+    words = f"{counted(len(summary), 'row')} from line {line} on, such as {name}, of a summary"
+    return {at: row for at, row in rows.items() if at not in summary}, words
 
 
 def _misfit(rows: Mapping[int, Sequence[str]], line: int, names: int, raw: int, leading: bool) -> tuple[str, bool]:

@@ -10,6 +10,8 @@ import numpy as np
 import pandas as pd
 
 NUMBER = r"(?i)[-+]?(\d+[.,]?\d*|[.,]\d+)([ed][-+]?\d+)?"
+THOUSANDS = r"[-+]?[1-9]\d{0,2}[.,]\d{3}"
+"""A number whose mark may be one of thousands."""
 HUGE = 1e30  # above all measured values; voltmeters write 9.9e37 for an overload
 FAR_ABOVE = 10.0  # ratio to the rows around it above which 9999 is an overload, not a value; chosen
 
@@ -31,13 +33,16 @@ class Marks:
 def marks_of(cells: Sequence[str], separator: str) -> tuple[Marks, str]:
     """The marks of a table, and what is wrong if its commas may be decimal or thousands marks ("" if nothing is)."""
     numbers = [cell for cell in cells if re.fullmatch(NUMBER, cell)]
-    commas, points = ([cell for cell in numbers if mark in cell] for mark in ",.")
-    decimal, marked = (",", commas) if len(commas) > len(points) else (".", points)
-    certain = not all(re.fullmatch(r"[-+]?[1-9]\d{0,2}[.,]\d{3}", cell) for cell in marked)
-    doubt = (
-        f"has {commas[0]}, whose comma may mark decimals or thousands; export it with decimal points" if commas else ""
-    )
-    return Marks(decimal, certain), doubt if decimal == "," and not certain and separator != ";" else ""
+    with_mark = {mark: [cell for cell in numbers if mark in cell] for mark in ",."}
+    of_thousands = {mark: all(re.fullmatch(THOUSANDS, cell) for cell in each) for mark, each in with_mark.items()}
+    decimal = "," if len(with_mark[","]) > len(with_mark["."]) else "."
+    if all(with_mark.values()) and of_thousands[","] != of_thousands["."]:  # as in 0,5 beside 1.500
+        decimal = "." if of_thousands[","] else ","
+    certain = not of_thousands[decimal]
+    doubt = ""
+    if decimal == "," and not certain and separator != ";" and (commas := with_mark[","]):
+        doubt = f"has {commas[0]}, whose comma may mark decimals or thousands; export it with decimal points"
+    return Marks(decimal, certain), doubt
 
 
 def numbers_in(cells: pd.Series[str], marks: Marks) -> pd.Series[float]:
@@ -53,7 +58,7 @@ def numbers_in(cells: pd.Series[str], marks: Marks) -> pd.Series[float]:
     numbers: pd.Series[float] = pd.to_numeric(plain, errors="coerce").astype(float)
     marked = cells[numbers.notna() & cells.str.contains(marks.decimal, regex=False)]
     steps = np.diff(numbers.dropna())
-    mixed = marked.str.fullmatch(r"[1-9]\d{0,2}[.,]\d{3}").all() and cells.str.fullmatch(r"\d{3}").any()
+    mixed = marked.str.fullmatch(THOUSANDS).all() and cells.str.fullmatch(r"\d{3}").any()
     if len(marked) and mixed and (steps > 0).any() and (steps < 0).any():
         raise ValueError(
             f"has {marked.iloc[0]}, whose mark may be that of decimals or thousands; export it without thousands marks"
