@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Mapping
 from typing import Any
 
@@ -38,6 +39,16 @@ def shortened(text: str) -> str:
 def printable(text: str) -> str:
     r"""The text with bytes that are not UTF-8, such as those in names of files, written as \xe9."""
     return text.encode(errors="surrogateescape").decode(errors="backslashreplace")
+
+
+def decoded(content: bytes) -> str:
+    """The text of a file of a spreadsheet or an instrument: UTF-16 with its mark, UTF-8, or else that of Windows."""
+    if content.startswith((BOM_UTF16_LE, BOM_UTF16_BE)):
+        return content.decode("utf-16", errors="replace")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return content.decode("cp1252", errors="replace")
 
 
 def counted(number: int, noun: str) -> str:

@@ -105,13 +105,24 @@ OTHERS = {
     "commas": "time (s),flow rate (ul/min)\n0,1.8\n1,2.2\n2,2.0\n",
     "quoted decimal commas": '"Zeit [s]","Flussrate [µl/min]"\n"0,0","1,8"\n"1,0","2,2"\n"2,0","2,0"\n',
     "dates": "timestamp,Q [ul/min]\n2026-01-01 12:00:05,1.8\n2026-01-01 12:00:06,2.2\n2026-01-01 12:00:07,2\n",
+    "the day first": "time;Q [ul/min]\n31.10.2026 23:59:59;1,8\n01.11.2026 00:00:00;2,2\n01.11.2026 00:00:01;2,0\n",
+    "a month that cannot be": "time,Q [ul/min]\n12/11/2026 23:59:59,1.8\n13/11/2026 00:00:00,2.2\n"
+    "13/11/2026 00:00:01,2.0\n",
+    "minutes and seconds": "time [mm:ss],Q [ul/min]\n00:59,1.8\n01:00,2.2\n01:01.0,2\n",
+    "what was measured": "time [s],set flow rate [ul/min],measured flow rate [ul/min]\n0,1,1.8\n1,2,2.2\n2,3,2\n",
     "other units": "t / ms\tflow / nl/min\n0\t1800\n1000\t2200\n2000\t2000\n",
 }
 
 
-@pytest.mark.parametrize("text", [LOG, *OTHERS.values()], ids=["decimal commas", *OTHERS])
-def test_a_pumps_log_is_read_beside_the_case_file(text: str, tmp_path: Path) -> None:
-    (tmp_path / "pump.csv").write_text(text, encoding="utf-8")
+@pytest.mark.parametrize(
+    ("text", "encoding"),
+    [
+        *(pytest.param(text, "utf-8", id=name) for name, text in {"decimal commas": LOG, **OTHERS}.items()),
+        *(pytest.param(OTHERS["quoted decimal commas"], each, id=each) for each in ("cp1252", "utf-16")),
+    ],
+)
+def test_a_pumps_log_is_read_beside_the_case_file(text: str, encoding: str, tmp_path: Path) -> None:
+    (tmp_path / "pump.csv").write_text(text, encoding=encoding)
     write_yaml(tmp_path / "case.yaml", {"physical": BENCH, "waveform": {"table": "pump.csv"}})
     case = pairsim.load(tmp_path / "case.yaml")
     flow, scales = case.drive.waveform, case.scales
@@ -170,6 +181,8 @@ def test_a_table_that_is_no_log_of_a_pump_is_refused(text: str, tmp_path: Path) 
     [
         pytest.param("0;1\n\n2;2\n1;3\n", r"steps back from 2 to 1 in line 5", id="a clock that was set"),
         pytest.param("0;1,000\n1;950\n", r"'1,000' in line 2", id="thousands, or three decimals"),
+        pytest.param("0;950,5\n1;1.234\n", r"'1.234' in line 3", id="thousands beside decimal commas"),
+        pytest.param("0;950\n1;1.000\n2;1.050\n", r"'1.000' in line 3", id="thousands with points"),
         pytest.param("0;1\n\n1;x\n", r"not 'x', in line 4", id="a word"),
         pytest.param("0;1\n1;nan\n", r"not 'nan', in line 3", id="no value"),
         pytest.param("0;1;2\n", r"more cells than headings in line 2", id="a cell too many"),
@@ -178,6 +191,23 @@ def test_a_table_that_is_no_log_of_a_pump_is_refused(text: str, tmp_path: Path) 
 )
 def test_a_wrong_line_of_a_pumps_log_is_named(text: str, said: str, tmp_path: Path) -> None:
     (tmp_path / "pump.csv").write_text(f"time [s];flow [ul/min]\n{text}")
+    write_yaml(tmp_path / "case.yaml", {"physical": BENCH, "waveform": {"table": "pump.csv"}})
+    with pytest.raises(InputError, match=said):
+        pairsim.load(tmp_path / "case.yaml")
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("time,Q [ul/min]\n00:00,1\n00:30,2\n", r"has times such as 00:00, of hours and minutes or minutes and sec"),
+        ("time,Q [ul/min]\n10/11/2026 23:59:59,1\n11/11/2026 00:00:01,2\n", "may begin with day or month"),
+        ("time [mm:ss],Q [ul/min]\n00:00,1\n30,2\n", "must have times such as mm:ss, not '30', in line 3"),
+        ("t [s],flow [ul/min],flow [ul/min]\n0,1,9\n1,2,8\n", r"must have one flow rate, but has the columns \"flow"),
+        ("t [s],flow [mbar]\n0,1\n1,2\n", "must have a unit of flow rates in their heading, .* not mbar"),
+    ],
+)
+def test_a_pumps_log_that_can_be_read_in_two_ways_is_refused(text: str, said: str, tmp_path: Path) -> None:
+    (tmp_path / "pump.csv").write_text(text)
     write_yaml(tmp_path / "case.yaml", {"physical": BENCH, "waveform": {"table": "pump.csv"}})
     with pytest.raises(InputError, match=said):
         pairsim.load(tmp_path / "case.yaml")
