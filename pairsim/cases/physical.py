@@ -7,8 +7,10 @@ De = lambda U_av/D_c and Ca_e = eta_0 U_av/(D_c G_p) with U_av = 4 Q/(pi D_c^2),
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import replace
 
+from pairsim.cases.quantity_text import as_given, percentage
 from pairsim.physics.declared import DIMENSIONS
 from pairsim.physics.solids.solid import MODULUS
 from pairsim.quantities.kinds import DENSITY as OF_DENSITY
@@ -157,13 +159,13 @@ def with_deviations(given: Mapping[str, Plain]) -> dict[str, Plain]:
     """The quantities of a block, with standard deviations among the particles as entries of their own.
 
     `{"particle": {"mean": "24 um", "each": "0.5 um"}}`, or `{"particle": "24 um each 0.5 um"}`, becomes
-    `{"particle": "24 um", "particle.each": "0.5 um"}`.
+    `{"particle": "24 um", "particle.each": "0.5 um"}`; a deviation such as 2 % is that part of the mean.
     """
     found = dict[str, Plain]()
     for key, value in given.items():
         of, both = KEYS.get(key), _in_words(value) if isinstance(value, str) else value
         if of is not None and of.each and isinstance(both, Mapping) and both.keys() == {MEAN, EACH}:
-            found |= {key: both[MEAN], of.deviation.key: both[EACH]}
+            found |= {key: both[MEAN], of.deviation.key: _absolute(both[EACH], both[MEAN])}
         else:
             found[key] = value
     return found
@@ -173,3 +175,12 @@ def _in_words(text: str) -> Plain:
     """Mean and standard deviation in a text such as "24 um each 0.5 um"; any other text unchanged."""
     mean, word, deviation = text.partition(f" {EACH} ")
     return {MEAN: mean.strip(), EACH: deviation.strip()} if word else text
+
+
+def _absolute(deviation: Plain, mean: Plain) -> Plain:
+    """A deviation in per cent of a mean in the unit of this mean; anything else unchanged."""
+    with suppress(ValueError):
+        if isinstance(deviation, str) and deviation.rstrip().endswith("%") and isinstance(mean, str):
+            number, unit = as_given(mean)
+            return f"{number * percentage(deviation)[0]:.12g} {unit}"
+    return deviation

@@ -22,6 +22,7 @@ LEAST, MOST = 1e-30, 1e30  # limits of a quantity in its SI unit, whose products
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 QUANTITY = re.compile(rf"({NUMBER})\s*((?:1\s*/\s*)?[^\W\d_].*)")  # number and unit
 PERCENT = re.compile(rf"({NUMBER})?\s*%?\s*(?:(?:\+-|\+/-|±)\s*({NUMBER})\s*)?%?")
+POINTS = ".·⋅∙•"  # of products of units
 PLUS_MINUS = re.compile(r"\+-|\+/-|±")
 COMMON = {
     "m": {"nm": 1e-9, "um": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0},
@@ -62,14 +63,14 @@ def _parsed(text: Any) -> tuple[float, pint.Unit]:
         raise ValueError(f"is more than one quantity; where several are allowed, they are a list, [{several}]")
     if unit.endswith("Pas"):  # which pint would read as a plural of Pa
         raise ValueError(f"has the unit {unit}, which is written {unit[:-1]}.s")
-    return float(number), _unit(re.sub(r"(?<=[^\W\d_])[.·](?=[^\W\d_])", "*", unit), unit)
+    return float(number), _unit(re.sub(rf"(?<=[\w])[{POINTS}](?=[^\W\d_])", "*", unit), unit)
 
 
 def _unit(text: str, given: str) -> pint.Unit:
     """A unit that is used in a laboratory; ValueError for others, and for those that pint does not know."""
     units = registry()
     try:
-        unit = units.parse_units(text)
+        unit = units.parse_units(re.sub(r"(?<=[^\W\d_])(-?\d+)(?!\w)", r"^\1", text))  # kg/m3 and s-1
         parts = {name: units.parse_unit_name(name)[0] for name in dict(unit._units)}
     except Exception:  # pint does not document which exceptions its parser raises
         raise ValueError(f"has the unknown unit {given}") from None

@@ -127,6 +127,9 @@ def test_spread_in_units_is_a_part_of_the_mean() -> None:
     in_words = block | {"particle": "24 +- 1 um each 0.5 um", "modulus": "40 Pa each 4 Pa"}
     other = pairsim.load({"physical": in_words}, kind="curve")
     assert alike(other) == alike(case)
+    relative = block | {"particle": "24 +- 1 um each 2.5 %", "modulus": {"mean": "40 Pa", "each": "10 %"}}
+    spread = pairsim.load({"physical": relative}, kind="curve").spread
+    assert (spread.diameter, spread.modulus) == pytest.approx((0.025, 0.1))
     with pytest.raises(InputError, match=r"physical\.particle\.each: got 'half'"):
         pairsim.load({"physical": block | {"particle": "24 um each half"}}, kind="curve")
     with pytest.raises(InputError, match="cases of this command have no spread"):

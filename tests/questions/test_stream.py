@@ -138,6 +138,16 @@ def test_positions_come_from_a_file_with_their_unit(tmp_path: Path) -> None:
         pairsim.load(RIGID | {"d": None, "stream": {"positions": str(file)}}, kind="stream")
     with pytest.raises(InputError, match="must be a file of positions"):
         pairsim.load(RIGID | {"d": None, "stream": {"positions": "missing.csv"}}, kind="stream")
+    for heading, encoding in (("z/um", "utf-8"), ("z in um", "utf-8"), ("z [µm]", "cp1252"), ("z [µm]", "utf-16")):
+        file.write_text(heading + "\n" + "\n".join(f"{60 * i:g}" for i in range(12)), encoding=encoding)
+        case = pairsim.load(keys | {"stream": {"positions": str(file)}}, kind="stream")
+        assert case.stream.positions == pytest.approx(range(12)), heading
+    file.write_text("position\n" + "\n".join(f"{60 * i:g}" for i in range(12)))
+    with pytest.raises(InputError, match=r"must have the unit in its heading, such as z \[um\] or z \[D_c\], not 'pos"):
+        pairsim.load(keys | {"stream": {"positions": str(file)}}, kind="stream")
+    file.write_text("distance [um]\n" + "\n".join("36" for _ in range(12)))
+    with pytest.raises(InputError, match="must be positions of centres: two are 0 D_c apart, less than half of a diam"):
+        pairsim.load(keys | {"stream": {"positions": str(file)}}, kind="stream")
 
 
 @pytest.mark.parametrize("volume", ["282743.33882308 um^3", "0.28274333882308 nl", "282.74333882308 pl"])

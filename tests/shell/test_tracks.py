@@ -59,6 +59,24 @@ def test_diameters_of_particles_are_no_distances(name: str, tmp_path: Path) -> N
     np.testing.assert_allclose(1e6 * film.metres, PIXEL * CENTRES)
 
 
+@pytest.mark.parametrize(("one", "two"), [("leading", "trailing"), ("bead A", "bead B"), ("front", "rear")])
+def test_particles_side_by_side_may_have_names_before_their_axes(one: str, two: str, tmp_path: Path) -> None:
+    columns = {
+        f"{name}_{axis}": positions()[positions()["particle"] == k][axis].to_numpy()
+        for k, name in enumerate((one, two))
+        for axis in "xy"
+    }
+    table = pd.DataFrame({"frame": FRAMES, **columns})
+    assert_read(read(tmp_path, table.to_csv(index=False), **OPTIONS))
+
+
+def test_centroids_of_regions_are_positions(tmp_path: Path) -> None:
+    """As scikit-image writes them: rows and columns of the picture, and labels that follow no particle."""
+    columns = {"y": "centroid-0", "x": "centroid-1", "particle": "label"}
+    table = positions().rename(columns=columns).sort_values("frame", kind="stable")
+    assert_read(read(tmp_path, table.to_csv(), **OPTIONS))
+
+
 def test_half_widths_of_a_pixel_are_kept(tmp_path: Path) -> None:
     text = trackpy(positions())
     for pixel in (".65 +- .01 um", "0.65um +- 10 nm", "0.65 +- 0.01 um/px", "0.65 +- .01 um per pixel"):

@@ -280,8 +280,20 @@ def test_inputs_know_what_the_numbers_change_by() -> None:
 
 
 def test_products_of_units_as_they_are_written() -> None:
-    for text in ("1 Pa.s", "1 Pa*s", "1 Pa s", "1000 mPa·s", "10 P"):
+    for text in ("1 Pa.s", "1 Pa*s", "1 Pa s", "1000 mPa·s", "1 Pa⋅s", "1 Pa•s", "10 P", "1 N.s.m-2", "1 N s/m2"):
         assert si(text, ZERO_SHEAR) == pytest.approx(1.0), text
+
+
+def test_powers_of_units_need_no_mark() -> None:
+    for text, of, size in (
+        ("1000 kg/m3", QUANTITIES["density"], 1000.0),
+        ("1 g/cm3", QUANTITIES["density"], 1000.0),
+        ("1 mm3/s", A_FLOW, 1e-9),
+        ("60 cm3 min-1", A_FLOW, 1e-6),
+        ("5 N/m2", MODULUS, 5.0),
+        ("1 cmH2O", MODULUS, 98.0665),  # whose 2 is part of its name
+    ):
+        assert si(text, of) == pytest.approx(size), text
 
 
 BEADS = "physical: {{tube: 1 mm, particle: 0.4 mm, velocity: 5 mm/s, young: 1.5 kPa, viscosity: 10 Pa.s, {}}}\n"

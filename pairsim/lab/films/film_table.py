@@ -23,7 +23,8 @@ from pairsim.lab.rheometer.export_tables import ONE_SPACE, SEPARATORS, cells_of,
 from pairsim.lab.rheometer.number_formats import HUGE, NUMBER, marks_of
 from pairsim.runtime.errors import InputError
 
-SEVERAL = r"(?P<axis>[xy]) ?(?P<name>\d+|[a-z]|lead\w*|trail\w*|left|right|front|rear)|(?P<first>.*\d) ?(?P<last>[xy])"
+_ONE = r"\d+|[a-z]|lead\w*|trail\w*|left|right|front|rear"
+SEVERAL = rf"(?P<axis>[xy]) ?(?P<name>{_ONE})|(?P<first>.*\d|(.+ )?({_ONE}) ) ?(?P<last>[xy])"
 CAPITAL_D = "capital d"
 UNCLEAR = rf"dist(ance)?s?|separation|spacing|abstand|{CAPITAL_D}"
 GAPS = {"", "nan", "na", "n/a", "#n/a", "none", "null", "-", "--", "#div/0!", "#value!", "#num!"}

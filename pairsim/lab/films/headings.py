@@ -35,8 +35,8 @@ FRAME = Heading("frame", (rf"(frame|slice|image|img|bild|time ?point){_OF}|time 
 PARTICLE = Heading(
     "particle", (rf"{_TRACK}{_OF}|id of track|trackobjects label( \d+)?", rf"(object|individual|animal){_OF}|id")
 )
-X = Heading("x", (rf"x|{_PLACE} x|x {_PLACE}|cx", r"x ?m"), "m")
-Y = Heading("y", (rf"y|{_PLACE} y|y {_PLACE}|cy", r"y ?m"), "m")
+X = Heading("x", (rf"x|{_PLACE} x|x {_PLACE}|cx", r"x ?m", r"(weighted )?centroid 1"), "m")
+Y = Heading("y", (rf"y|{_PLACE} y|y {_PLACE}|cy", r"y ?m", r"(weighted )?centroid 0"), "m")
 SURFACES = Heading(
     "d", (r"d|gap|surface( to surface)? (distance|separation|gap)|(distance|gap) (of|between)( the)? surfaces",), "m"
 )

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
@@ -150,8 +151,13 @@ def _check_positions(case: StreamCase) -> str:
             read_positions(Path(given), case.scales)
         except ValueError as error:
             return str(error)
-    few = isinstance(given, tuple) and len(given) < LEAST_BEADS
-    return _too_many(case, "stream.positions") or (f"must be at least {LEAST_BEADS} numbers" if few else "")
+    if (wrong := _too_many(case, "stream.positions")) or not isinstance(given, tuple):
+        return wrong
+    if len(given) < LEAST_BEADS:
+        return f"must be at least {LEAST_BEADS} numbers"
+    apart, beta = min(after - before for before, after in pairwise(sorted(given))), min(case.betas, default=0.0)
+    near = f"two are {apart:.4g} D_c apart, less than half of a diameter, {beta:.4g} D_c"
+    return f"must be positions of centres: {near}; distances are none" if apart < beta / 2 else ""
 
 
 class StreamOptions(Keys):
