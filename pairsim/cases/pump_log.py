@@ -24,7 +24,7 @@ FLOWS = re.compile(
 )
 HEADING = re.compile(r"(?P<name>[^\[\](){}]*?)\W*(?:[\[({/,]|\bin\b)\s*(?P<unit>[^\])}]+?)\s*[\])}]?\s*")
 THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2}([,.]\d{3})+")  # ambiguous: 1,000 may also have three decimals
-MEASURED = re.compile(r"measured|actual|gemessen|mesur|medid|\bist\b", re.I)
+MEASURED = re.compile(r"measured|actual", re.I)
 FORM = re.compile(r"(h+:m+(:s+)?|m+:s+)(\W[\df s]+)?", re.I)  # of times such as 00:30, as in time [mm:ss]
 SECONDS = {"h": 3600, "m": 60, "s": 1}  # by the first letters of the parts of such a form
 SHORT_TIME = r"\d{1,2}:\d{2}([.,]\d+)?"
@@ -74,7 +74,7 @@ def read_pump_log(path: Path) -> tuple[list[str], list[str]]:
 class Heading(NamedTuple):
     """A column of times or flow rates by its heading."""
 
-    index: int
+    place: int  # from 0
     text: str
     unit: str
 
@@ -105,9 +105,9 @@ def _column(
     """
     measured = [each for each in headings if MEASURED.search(each.text)]
     taken = measured[0] if len(measured) == 1 else headings[0]
-    cells = _cells(rows, taken.index, width)
+    cells = _cells(rows, taken.place, width)
     if what != "time" and len(measured) != 1:
-        others = [each for each in headings if _cells(rows, each.index, width) != cells or each.unit != taken.unit]
+        others = [each for each in headings if _cells(rows, each.place, width) != cells or each.unit != taken.unit]
         if others:
             names = " and ".join(f'"{each.text}"' for each in headings)
             raise ValueError(f"must have one {what}, but has the columns {names}: remove or rename all but one")
