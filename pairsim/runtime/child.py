@@ -29,6 +29,11 @@ MOST_MEMORY = 1e9
 _own = threading.local()
 
 
+def stops(file: Path) -> bool:
+    """Whether a stop file tells children to stop: it is there, or its folder has been removed or moved."""
+    return file.exists() or not file.parent.exists()
+
+
 class Work(Protocol):
     """A piece of work for a child, to which it is sent by pickle."""
 
@@ -74,7 +79,7 @@ class Child:
         """Wait for the next object from the child, and end the child if a stop file appears or its time is over.
 
         Args:
-            stop: File whose presence stops the child; None if there is no such file.
+            stop: File whose presence stops the child, as the absence of its folder does; None if there is no such file.
             timeout: Largest wall time [s]; None for no limit.
 
         Returns:
@@ -86,7 +91,7 @@ class Child:
             late = time.monotonic() > deadline
             if why and late:
                 self.process.kill()
-            elif not why and (late or (stop is not None and stop.exists())):
+            elif not why and (late or (stop is not None and stops(stop))):
                 why, deadline = "case_timeout" if late else "interrupted", time.monotonic() + GRACE
                 self.process.terminate()
         try:
@@ -105,10 +110,10 @@ class Child:
     def death(self) -> tuple[str, str]:
         """Reason and message of the failure of work whose child has ended without a reply."""
         code, last = self.process.returncode, self.last_line
-        if not self.ready:
-            return EnvironmentFailure.reason, f"the process of a case cannot start: {last or f'exit code {code}'}"
         if code == -signal.SIGKILL:
             return "out_of_memory", "killed by SIGKILL, probably because the system ran out of memory"
+        if not self.ready:
+            return EnvironmentFailure.reason, f"the process of a case cannot start: {last or f'exit code {code}'}"
         name = f"exit code {code}" if code >= 0 else signal.Signals(-code).name
         return "crashed", f"ended by {name}" + (f": {last}" if last else "")
 
@@ -147,7 +152,7 @@ def ask(work: Work, environment: Mapping[str, str], stop: Path, timeout: float |
     Args:
         work: The work.
         environment: Environment variables for a child that must be started first, beside those of this process.
-        stop: File whose presence stops the child.
+        stop: File whose presence stops the child, see `stops`.
         timeout: Largest wall time [s]; None for no limit.
 
     Returns:

@@ -25,6 +25,7 @@ from pairsim.runtime.plain import Plain
 from pairsim.runtime.version import __version__
 from pairsim.sweeps.grid import Grid
 
+RECORD = "sweep.json"
 STOP = ".stop"  # file in the folder of a sweep whose presence stops it
 STATUSES = ("pending", "running", "finished", "failed")
 ENDED = ("finished", "failed")
@@ -205,7 +206,7 @@ def begin(directory: Path, grid: Grid) -> SweepRecord:
         InputError: The folder belongs to another grid, or has files but is not that of a sweep.
         OSError: The files cannot be written.
     """
-    if (directory / "sweep.json").is_file():
+    if (directory / RECORD).is_file():
         earlier = _read(directory)
         if earlier.grid != grid.key:
             version = earlier.versions.get("pairsim", __version__)
@@ -233,13 +234,13 @@ def begin(directory: Path, grid: Grid) -> SweepRecord:
         ],
     }
     text = "".join(f"# --set {each}\n" for each in grid.settings) + yaml_text(plain(grid.content))
-    write_json(directory / "sweep.json", content)
+    write_json(directory / RECORD, content)
     write_text(directory / "grid.yaml", text)
     return SweepRecord.of(content)
 
 
 def _read(directory: Path) -> SweepRecord:
-    path = directory / "sweep.json"
+    path = directory / RECORD
     try:
         return SweepRecord.of(json.loads(path.read_text(encoding="utf-8")))
     except FileNotFoundError:

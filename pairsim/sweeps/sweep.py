@@ -25,7 +25,7 @@ from pairsim.runtime.launcher import communicator
 from pairsim.runtime.locks import command_line, sole_writer
 from pairsim.runtime.signals import ENDING, Signals, name_of
 from pairsim.runtime.text import counted
-from pairsim.sweeps.folder import ENDED, STOP, CaseState, SweptCase, begin, read_state
+from pairsim.sweeps.folder import ENDED, RECORD, STOP, CaseState, SweptCase, begin, read_state
 from pairsim.sweeps.grid import Grid, SweepCase
 from pairsim.sweeps.progress import headline, summarised
 from pairsim.sweeps.task import Task, compute
@@ -126,6 +126,7 @@ def run_sweep(grid: Grid, directory: Path, options: Options, workers: Workers) -
 
     Raises:
         InputError: The folder belongs to another grid, or another sweep is writing to it.
+        EnvironmentFailure: The folder is removed or moved meanwhile.
     """
     with sole_writer(directory, command_line()):
         (directory / STOP).unlink(missing_ok=True)
@@ -162,6 +163,8 @@ class _Sweep:
         try:
             self._write_results()
             while self.running or (self.todo and not self.why):
+                if self._gone:
+                    self._stop(EnvironmentFailure.exit_code, f"{self.directory} is gone")
                 if self.options.signals is not None and (number := self.options.signals.number):
                     self._stop(EXIT_CODE, name_of(number))
                 self._step()
@@ -170,8 +173,15 @@ class _Sweep:
         except BaseException:
             self._stop(1, "stopped")  # executors wait for their tasks
             raise
+        if self._gone:
+            raise EnvironmentFailure(f"{self.directory} was removed or moved while its cases were computed")
         self._write_results()
         return self._verdict()
+
+    @property
+    def _gone(self) -> bool:
+        """Whether the folder of the sweep has been removed or moved."""
+        return not (self.directory / RECORD).is_file()
 
     def _step(self) -> None:
         """Submit tasks to all free workers, and take one that has ended, for which this waits up to `POLL`."""
@@ -184,7 +194,7 @@ class _Sweep:
         executor, folder = self.running.pop(future)
         self.free.append(executor)
         self._take(_result(future, folder))
-        if time.monotonic() - self._written > EVERY:
+        if time.monotonic() - self._written > EVERY and not self._gone:
             self._write_results()
 
     def _submit(self, executor: Executor, case: SweepCase) -> None:
@@ -242,7 +252,7 @@ class _Sweep:
             return Ending(self.code, f"{self.why}; {text}")
         if failed:
             return Ending(RunFailure.exit_code, f"{text}; pairsim status {self.directory} lists the reasons")
-        return Ending(EXIT_CODE if pending else 0, text)
+        return Ending(EXIT_CODE, f"{text}; the same command continues it") if pending else Ending(0, text)
 
 
 def _result(future: Future[CaseState], folder: str) -> CaseState:

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from pairsim.record.record import Record
 from pairsim.record.run_entries import COMMAND, KEY, KIND, MESSAGE, REASON, SECONDS, STATUS, Entries
-from pairsim.runtime.child import MOST_MEMORY, ask
+from pairsim.runtime.child import MOST_MEMORY, ask, stops
 from pairsim.sweeps.folder import STOP, CaseState, read_state
 
 STOPPING = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
@@ -52,8 +52,9 @@ class Task:
 
 def compute(task: Task) -> CaseState:
     """Compute a task in a worker of any executor; returns the state of its case, "pending" if it was stopped."""
-    refusal = None if task.finished or task.stop.exists() else _compute(task)
-    return refusal or read_state(task.folder, task.key)
+    if not task.finished and stops(task.stop):
+        return CaseState(task.folder.name)
+    return (None if task.finished else _compute(task)) or read_state(task.folder, task.key)
 
 
 def _compute(task: Task) -> CaseState | None:
@@ -71,8 +72,10 @@ def _compute(task: Task) -> CaseState | None:
         interrupted = bool(why) or -child.process.returncode in STOPPING
     if said is None or why or interrupted or said.memory > MOST_MEMORY:
         child.close()
-    if why == "interrupted" or (interrupted and not why) or task.finished:  # the next command goes on
+    if task.finished:
         return None
+    if why == "interrupted" or (interrupted and not why):  # the next command goes on
+        return CaseState(folder.name)  # the folder may have the failure of an earlier command
     if why:
         reason, message = why, f"stopped after {task.timeout:g} s"
     else:

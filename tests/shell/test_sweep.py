@@ -349,6 +349,47 @@ def test_a_case_that_is_stopped_while_its_child_is_loading_is_pending(
     assert state.status == "pending"
 
 
+def test_a_case_that_is_stopped_before_it_begins_is_pending_also_if_it_had_failed(tmp_path: Path) -> None:
+    (tmp_path / "case").mkdir()
+    failed = Record({"kind": "run", "key": "key", "status": "failed", "reason": "environment"})
+    failed.write(tmp_path / "case")
+    (tmp_path / STOP).touch()
+    state = task.compute(task.Task(tmp_path / "case", "run", "key", b"", "pairsim sweep", None, {}, {}))
+    assert state.status == "pending"
+
+
+def test_a_child_that_is_killed_while_it_is_loading_costs_its_case_alone(
+    tmp_path: Path, children: list[int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A failure with the reason `environment` would stop the sweep."""
+    monkeypatch.setattr(child, "POLL", 0.01)
+
+    def kill() -> None:
+        while not children:
+            time.sleep(0.001)
+        time.sleep(0.3)
+        os.kill(children[0], signal.SIGKILL)
+
+    killing = threading.Thread(target=kill)
+    killing.start()
+    state = task.compute(task.Task(tmp_path / "case", "run", "key", b"", "pairsim sweep", None, {}, {}))
+    killing.join()
+    assert (state.status, state.reason) == ("failed", "out_of_memory")
+
+
+def test_a_sweep_whose_folder_is_removed_stops_and_says_so(tmp_path: Path) -> None:
+    """Before, the remaining cases were computed into a new folder, which no command accepts as that of a sweep."""
+    (tmp_path / "grid.yaml").write_text(ENDLESS)
+    process = subprocess.Popen(command(), cwd=tmp_path, stderr=subprocess.PIPE, text=True)
+    while not list(tmp_path.glob("out/*/series.csv")):
+        time.sleep(0.05)
+    (tmp_path / "out").rename(tmp_path / "moved")
+    assert "out was removed or moved while its cases were computed" in process.communicate(timeout=300)[1]
+    assert process.returncode == 4
+    assert not (tmp_path / "out").exists()
+    assert counts(tmp_path / "moved") == {"pending": 3}
+
+
 @pytest.mark.slow
 def test_curves_are_swept_too(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     """results.csv has points, zeros and peak of every curve, as in its folder; pictures are drawn.
