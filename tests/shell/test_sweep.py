@@ -391,6 +391,19 @@ def test_a_sweep_whose_folder_is_removed_stops_and_says_so(tmp_path: Path) -> No
 
 
 @pytest.mark.slow
+def test_a_sweep_needs_no_standard_streams(tmp_path: Path) -> None:
+    """As under a daemon that has closed them: files and pipes must not take their descriptors."""
+    (tmp_path / "grid.yaml").write_text(TINY + "cases: [{d0: 0.1}]\n")
+    closed = ["sh", "-c", 'exec "$@" <&- >&- 2>&-', "sh"]
+    done = subprocess.run([*closed, *command()], cwd=tmp_path, timeout=300, check=False)
+    assert (done.returncode, counts(tmp_path / "out")) == (0, {"finished": 1})
+    shown = subprocess.run(
+        [*closed, *module_command("pairsim", "table", "out")], cwd=tmp_path, timeout=300, check=False
+    )
+    assert shown.returncode == 0
+
+
+@pytest.mark.slow
 def test_curves_are_swept_too(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     """results.csv has points, zeros and peak of every curve, as in its folder; pictures are drawn.
 
