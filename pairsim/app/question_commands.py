@@ -29,6 +29,7 @@ from pairsim.runtime.errors import BranchEnd, EnvironmentFailure, InputError, Ru
 from pairsim.runtime.interrupts import EXIT_CODE
 from pairsim.runtime.launcher import check_single
 from pairsim.runtime.signals import Signals
+from pairsim.runtime.text import pasteable
 
 if TYPE_CHECKING:
     from pairsim.computing.question import Flag, Question
@@ -151,7 +152,7 @@ def draw(result: Result, directory: Path) -> None:
         try:
             result.plot(directory)
         except InputError as error:
-            typer.echo(f"warning: no picture: {error}; pairsim plot {directory} draws it", err=True)
+            typer.echo(f"warning: no picture: {error}; pairsim plot {pasteable(directory)} draws it", err=True)
 
 
 def _end(result: Result, directory: Path, quiet: bool) -> NoReturn:

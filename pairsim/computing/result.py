@@ -36,7 +36,7 @@ from pairsim.runtime.errors import (
     happened_and_advice,
 )
 from pairsim.runtime.locks import is_locked
-from pairsim.runtime.text import counted, duration
+from pairsim.runtime.text import counted, duration, pasteable
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -337,13 +337,13 @@ class Result:
     def afterwards(self) -> str:
         """What to do next if it has finished."""
         if not self.question.captions:
-            return f"pairsim table {self.source} prints it"
-        return f"pairsim plot {self.source} draws it again"
+            return f"pairsim table {pasteable(self.source)} prints it"
+        return f"pairsim plot {pasteable(self.source)} draws it again"
 
     @property
     def advice(self) -> str:
         """What to do next, in a line."""
-        directory, reason = self.source, self.reason
+        directory, reason = pasteable(self.source), self.reason
         if reason == BranchEnd.reason:
             drawn = " and fields.png the last shapes" if (self._place / "fields.png").exists() else ""
             way = self._place / WAY

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Mapping
+from pathlib import Path
+from shlex import quote
 from typing import Any
 
 LONGEST = 80  # characters of a value in a message
@@ -39,6 +41,11 @@ def shortened(text: str) -> str:
 def printable(text: str) -> str:
     r"""The text with bytes that are not UTF-8, such as those in names of files, written as \xe9."""
     return text.encode(errors="surrogateescape").decode(errors="backslashreplace")
+
+
+def pasteable(path: Path | str) -> str:
+    """A path as it can be pasted into a shell: quoted where it has spaces or other special characters."""
+    return quote(str(path))
 
 
 def decoded(content: bytes) -> str:

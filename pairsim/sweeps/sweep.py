@@ -24,7 +24,7 @@ from pairsim.runtime.interrupts import EXIT_CODE
 from pairsim.runtime.launcher import communicator
 from pairsim.runtime.locks import command_line, sole_writer
 from pairsim.runtime.signals import ENDING, Signals, name_of
-from pairsim.runtime.text import counted
+from pairsim.runtime.text import counted, pasteable
 from pairsim.sweeps.folder import ENDED, RECORD, STOP, CaseState, SweptCase, begin, read_state
 from pairsim.sweeps.grid import Grid, SweepCase
 from pairsim.sweeps.progress import headline, summarised
@@ -251,7 +251,7 @@ class _Sweep:
         if self.why:
             return Ending(self.code, f"{self.why}; {text}")
         if failed:
-            return Ending(RunFailure.exit_code, f"{text}; pairsim status {self.directory} lists the reasons")
+            return Ending(RunFailure.exit_code, f"{text}; pairsim status {pasteable(self.directory)} lists the reasons")
         return Ending(EXIT_CODE, f"{text}; the same command continues it") if pending else Ending(0, text)
 
 

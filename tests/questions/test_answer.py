@@ -152,6 +152,12 @@ def test_what_comes_next_is_a_travel_where_there_is_one(count: int, next_command
     assert curve.advice.startswith(f"Next: {next_command}")
 
 
+def test_a_command_that_comes_next_can_be_pasted() -> None:
+    question, record = QUESTIONS["focus"], Record({"status": "finished"})
+    result = question.result(question, content=Content({}, record, None), source="my beads/d 0.1")
+    assert "'my beads/d 0.1'" in result.advice
+
+
 def test_shapes_of_one_point_are_no_range() -> None:
     table = curve_table(np.array([0.1]), np.array([1e-3]), np.zeros(1), dU_error=np.full(1, 1e-5), D_L=np.array([0.02]))
     assert answer_of_curve(curve_of(table))[-1] == "Taylor parameters: D_L = 0.02."

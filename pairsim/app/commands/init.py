@@ -9,6 +9,7 @@ import typer
 
 from pairsim.app.options import OfExamples
 from pairsim.cases.example import write_example
+from pairsim.runtime.text import pasteable
 
 EXAMPLES = "Examples: pairsim init | pairsim init beads --kind curve"
 
@@ -19,4 +20,4 @@ def init(
 ) -> None:
     path = write_example(kind, name or kind, Path())
     typer.echo(str(path))
-    typer.echo(f"next: pairsim {kind} {path} --dry-run", err=True)
+    typer.echo(f"next: pairsim {kind} {pasteable(path)} --dry-run", err=True)

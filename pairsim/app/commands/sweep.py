@@ -20,6 +20,7 @@ from pairsim.app.exit_codes import end
 from pairsim.app.options import CaseTimeout, OutputOfMany, Quiet, Settings, Workers, print_table
 from pairsim.runtime.launcher import rank
 from pairsim.runtime.signals import Signals
+from pairsim.runtime.text import pasteable
 
 if TYPE_CHECKING:
     from pairsim.app.sweep_results import SweepResult
@@ -62,6 +63,6 @@ def sweep(
 
 def _next(result: SweepResult) -> str:
     """What can be done next with a sweep that has ended, in words."""
-    table = f"pairsim table {result.folder} results has what was found in each case"
+    table = f"pairsim table {pasteable(result.folder)} results has what was found in each case"
     drawn = result.record.question.in_sweeps.drawn
-    return f"{table}; pairsim plot {result.folder} draws it" if drawn else table
+    return f"{table}; pairsim plot {pasteable(result.folder)} draws it" if drawn else table

@@ -26,6 +26,7 @@ from pairsim.questions.registry import QUESTIONS
 from pairsim.record.folder import write_file
 from pairsim.runtime.errors import InputError
 from pairsim.runtime.plain import Plain
+from pairsim.runtime.text import pasteable
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -112,7 +113,7 @@ def units(
     if unwritten is not None:
         raise unwritten
     if output is not None:
-        typer.echo(f"next: pairsim {kind} {output} --dry-run", err=True)
+        typer.echo(f"next: pairsim {kind} {pasteable(output)} --dry-run", err=True)
 
 
 def _laws(liquid: str | None, solid: str | None, numbers: Mapping[str, Plain]) -> Mapping[str, Plain]:
