@@ -10,7 +10,6 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
 
-from pairsim.cases.quantity_text import as_given, percentage
 from pairsim.physics.declared import DIMENSIONS
 from pairsim.physics.solids.solid import MODULUS
 from pairsim.quantities.kinds import DENSITY as OF_DENSITY
@@ -179,8 +178,11 @@ def _in_words(text: str) -> Plain:
 
 def _absolute(deviation: Plain, mean: Plain) -> Plain:
     """A deviation in per cent of a mean in the unit of this mean; anything else unchanged."""
+    if not (isinstance(deviation, str) and deviation.rstrip().endswith("%") and isinstance(mean, str)):
+        return deviation
+    from pairsim.cases.quantity_text import as_given, percentage
+
     with suppress(ValueError):
-        if isinstance(deviation, str) and deviation.rstrip().endswith("%") and isinstance(mean, str):
-            number, unit = as_given(mean)
-            return f"{number * percentage(deviation)[0]:.12g} {unit}"
+        number, unit = as_given(mean)
+        return f"{number * percentage(deviation)[0]:.12g} {unit}"
     return deviation
