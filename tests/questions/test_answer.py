@@ -152,10 +152,14 @@ def test_what_comes_next_is_a_travel_where_there_is_one(count: int, next_command
     assert curve.advice.startswith(f"Next: {next_command}")
 
 
-def test_a_command_that_comes_next_can_be_pasted() -> None:
-    question, record = QUESTIONS["focus"], Record({"status": "finished"})
-    result = question.result(question, content=Content({}, record, None), source="my beads/d 0.1")
-    assert "'my beads/d 0.1'" in result.advice
+@pytest.mark.parametrize("name", ["focus", "run", "curve"])
+def test_a_command_that_comes_next_can_be_pasted(name: str, tmp_path: Path) -> None:
+    """Of folders with spaces in their names."""
+    question, folder = QUESTIONS[name], tmp_path / "my beads" / "d 0.1"
+    table = {"curve": curve_table(np.array([0.1]), np.array([1e-3]), np.zeros(1))} if name == "curve" else {}
+    folder.mkdir(parents=True)
+    content = Content(table, Record({"status": "finished"}), None)
+    assert f"'{folder}'" in question.result(question, content=content, folder=folder).advice
 
 
 def test_shapes_of_one_point_are_no_range() -> None:

@@ -13,6 +13,7 @@ from pairsim.computing.result import Result
 from pairsim.record.column import names_of
 from pairsim.record.columns import DU, DU_INPUTS, DU_SPREAD, EQUILIBRIA_COLUMNS, FORCES, SEPARATE
 from pairsim.runtime.errors import InputError
+from pairsim.runtime.text import pasteable
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -125,7 +126,8 @@ class CurveResult(Result):
     def afterwards(self) -> str:
         regions = self.curve.regions if self.curve.steady and self.curve.table.rows > 1 else []
         moves = any(each.sign and each.start < each.stop for each in regions)
-        command = f"pairsim travel {self.source} --from D --to D" if moves else f"pairsim plot {self.source}"
+        folder = pasteable(self.source)
+        command = f"pairsim travel {folder} --from D --to D" if moves else f"pairsim plot {folder}"
         if self.folder is None:
             command = "travel(start, stop)" if moves else "plot(folder)"
         return f"{command} {'gives the time and tube that a pair needs' if moves else 'draws it'}"

@@ -41,6 +41,7 @@ from pairsim.record.columns import (
 )
 from pairsim.record.folder import CHECKPOINT
 from pairsim.record.run_entries import OF_RUNS
+from pairsim.runtime.text import pasteable
 
 if TYPE_CHECKING:
     from pairsim.analysis.time_series import Series
@@ -98,12 +99,13 @@ class RunResult(Result):
         return [*answer_of_run(self.series), *lines_beside(self.tables, self.record)]
 
     def afterwards(self) -> str:
-        drawn = f"pairsim plot {self._place} draws it"
+        folder = pasteable(self._place)
+        drawn = f"pairsim plot {folder} draws it"
         if self.reason == "contact" or not (self._place / CHECKPOINT).is_file():
             return drawn
         end = "time.end" if self.record.scales is None else "physical.end"
         further = {"max_gap": "limits.max_gap=...", "periodic": "limits.drift=false"}.get(self.reason, f"{end}=...")
-        return f"{drawn}; pairsim run --resume {self._place} --set {further} continues"
+        return f"{drawn}; pairsim run --resume {folder} --set {further} continues"
 
 
 def draw(folder: Path, out: Path, page: Page) -> list[Path]:
