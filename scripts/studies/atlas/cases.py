@@ -115,7 +115,7 @@ def _curve(place: Sequence[float]) -> Part:
             return [{**about, "ended": result.reason or result.status}]
         table = result.table[result.table["d"].round(9).isin(DISTANCES)]
         columns = {"d": table["d"], "dU": table["dU"], "dU_error": table["dU_error"]}
-        zeros = result.equilibria
+        zeros = result.zeros
         points = [
             *zip(*columns.values(), strict=True),
             *((d, 0.0, e) for d, e in zip(zeros["d"], zeros["d_error"], strict=True)),

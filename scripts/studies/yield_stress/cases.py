@@ -88,7 +88,7 @@ def _from_rest(case: Mapping[str, Any], about: Row, folder: Path) -> list[Row]:
     result = computed("curve", case, folder, LIMIT)
     if result.status != "finished":
         return [{**about, "ended": result.reason or result.status}]
-    table, zeros = result.table, result.equilibria
+    table, zeros = result.table, result.zeros
     points = [*zip(table["d"], table["dU"], table["dU_error"], strict=True)]
     points += [(d, 0.0, error) for d, error in zip(zeros["d"], zeros["d_error"], strict=True)]
     return [{**about, "d": float(d), "dU": float(dU), "dU_error": float(e), "ended": None} for d, dU, e in points]
