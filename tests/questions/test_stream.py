@@ -146,7 +146,9 @@ def test_positions_come_from_a_file_with_their_unit(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"must have the unit in its heading, such as z \[um\] or z \[D_c\], not 'pos"):
         pairsim.load(keys | {"stream": {"positions": str(file)}}, kind="stream")
     file.write_text("distance [um]\n" + "\n".join("36" for _ in range(12)))
-    with pytest.raises(InputError, match="must be positions of centres: two are 0 D_c apart, less than half of a diam"):
+    with pytest.raises(
+        InputError, match="must be positions of centres, not distances: two are 0 D_c apart, less than half"
+    ):
         pairsim.load(keys | {"stream": {"positions": str(file)}}, kind="stream")
 
 

@@ -156,8 +156,8 @@ def _check_positions(case: StreamCase) -> str:
     if len(given) < LEAST_BEADS:
         return f"must be at least {LEAST_BEADS} numbers"
     apart, beta = min(after - before for before, after in pairwise(sorted(given))), min(case.betas, default=0.0)
-    near = f"two are {apart:.4g} D_c apart, less than half of a diameter, {beta:.4g} D_c"
-    return f"must be positions of centres: {near}; distances are none" if apart < beta / 2 else ""
+    near = f"two are {apart:.4g} D_c apart, less than half of the diameter, {beta:.4g} D_c"
+    return f"must be positions of centres, not distances: {near}" if apart < beta / 2 else ""
 
 
 class StreamOptions(Keys):
